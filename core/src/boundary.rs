@@ -1,0 +1,172 @@
+//! What a body shows to others and what crosses an interface: samples, proxies and impulses.
+
+use serde::{Deserialize, Serialize};
+
+/// Three components along the world axes.
+pub type Vec3 = [f64; 3];
+
+/// What never changes about the samples of a body. All columns have the same length.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SampleStatics {
+    /// Fixed identity of each sample.
+    pub id: Vec<u64>,
+    /// Area \[m²\]; 0 for samples inside a volume.
+    pub area_m2: Vec<f64>,
+    /// Volume \[m³\].
+    pub volume_m3: Vec<f64>,
+    /// Mass \[kg\].
+    pub mass_kg: Vec<f64>,
+}
+
+impl SampleStatics {
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.id.len()
+    }
+
+    /// True when there are none.
+    pub fn is_empty(&self) -> bool {
+        self.id.is_empty()
+    }
+}
+
+/// Samples of a deformable body at one moment. `normal` is empty for sets without normals.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Samples {
+    /// Positions \[m\], world frame.
+    pub position: Vec<Vec3>,
+    /// Velocities \[m/s\], world frame.
+    pub velocity: Vec<Vec3>,
+    /// Outward unit normals, or nothing.
+    pub normal: Vec<Vec3>,
+}
+
+/// Record of a rigid body from which a resolver makes its stand-in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProxyRecord {
+    /// Centre of mass \[m\].
+    pub position: Vec3,
+    /// Unit quaternion `[x, y, z, w]`.
+    pub orientation: [f64; 4],
+    /// Velocity of the centre of mass \[m/s\].
+    pub linear_velocity: Vec3,
+    /// Angular velocity, world axes \[rad/s\].
+    pub angular_velocity: Vec3,
+    /// Mass \[kg\]; infinite for a scripted body.
+    pub mass: f64,
+    /// Moments and products of inertia about the centre of mass, world axes: xx, yy, zz, xy, xz, yz \[kg m²\].
+    pub inertia: [f64; 6],
+    /// Part of the body that this resolver may count on: 1 / (number of resolvers that can reach it).
+    pub share: f64,
+    /// Background rate of the linear velocity \[m/s²\].
+    pub background_linear: Vec3,
+    /// Background rate of the angular velocity \[rad/s²\].
+    pub background_angular: Vec3,
+}
+
+/// Boundary of one body at one moment.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BoundaryState {
+    /// A deformable body or a set of points.
+    Samples(Samples),
+    /// A rigid body.
+    Proxy(ProxyRecord),
+}
+
+/// Impulse of a window on one body of a partner.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Impulses {
+    /// One per sample \[N s\], in the order of the set.
+    Samples(Vec<Vec3>),
+    /// On a rigid body.
+    Rigid(Wrench),
+}
+
+/// A linear and an angular quantity of a kind: impulse \[N s, N m s\] or momentum \[kg m/s, kg m²/s\].
+///
+/// Impulses on rigid bodies carry their angular part about the body's centre of mass at the start of the window;
+/// ledger entries carry theirs about the world origin.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Wrench {
+    /// Linear part.
+    pub linear: Vec3,
+    /// Angular part.
+    pub angular: Vec3,
+}
+
+impl Wrench {
+    /// Sum.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Self { linear: add(self.linear, other.linear), angular: add(self.angular, other.angular) }
+    }
+
+    /// Difference.
+    #[must_use]
+    pub fn minus(self, other: Self) -> Self {
+        self.plus(other.negated())
+    }
+
+    /// Opposite.
+    #[must_use]
+    pub fn negated(self) -> Self {
+        Self { linear: scale(self.linear, -1.0), angular: scale(self.angular, -1.0) }
+    }
+}
+
+impl Impulses {
+    /// Sum over the samples in their order, so that sender and receiver get the same bits \[N s\].
+    pub fn total(&self) -> Vec3 {
+        match self {
+            Self::Samples(each) => each.iter().fold([0.0; 3], |sum, &j| add(sum, j)),
+            Self::Rigid(wrench) => wrench.linear,
+        }
+    }
+
+    /// Sum of magnitudes \[N s\]: the scale against which a defect is judged.
+    pub fn gross(&self) -> f64 {
+        match self {
+            Self::Samples(each) => each.iter().map(|&j| norm(j)).sum(),
+            Self::Rigid(wrench) => norm(wrench.linear),
+        }
+    }
+
+    /// The same shape with every impulse zero.
+    #[must_use]
+    pub fn zeroed(&self) -> Self {
+        match self {
+            Self::Samples(each) => Self::Samples(vec![[0.0; 3]; each.len()]),
+            Self::Rigid(_) => Self::Rigid(Wrench::default()),
+        }
+    }
+}
+
+/// `a + b`.
+pub fn add(a: Vec3, b: Vec3) -> Vec3 {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// `a - b`.
+pub fn sub(a: Vec3, b: Vec3) -> Vec3 {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// `s a`.
+pub fn scale(a: Vec3, s: f64) -> Vec3 {
+    [a[0] * s, a[1] * s, a[2] * s]
+}
+
+/// `a × b`.
+pub fn cross(a: Vec3, b: Vec3) -> Vec3 {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// `a · b`.
+pub fn dot(a: Vec3, b: Vec3) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// `|a|`.
+pub fn norm(a: Vec3) -> f64 {
+    dot(a, a).sqrt()
+}

@@ -1,0 +1,120 @@
+//! What the participant's state machine is told and what it asks for.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::control::{RunId, Times};
+use crate::plan::{ParticipantId, StreamId};
+use crate::plugin::{Descriptor, Inputs, Outputs, PartnerSetup, PluginError, Setup, SolverScene, Step};
+
+/// Bytes of one data frame: header and one chunk of payload. Cheap to clone; kept for resending.
+pub type Frame = Arc<Vec<u8>>;
+
+/// Who a participant is.
+#[derive(Clone, Debug)]
+pub struct Identity {
+    /// Run it belongs to.
+    pub run: RunId,
+    /// Name it was started under.
+    pub name: String,
+    /// Random number of this process.
+    pub instance: u64,
+    /// Process id, for people.
+    pub pid: u32,
+    /// What the plugin says about itself.
+    pub descriptor: Descriptor,
+}
+
+/// Intervals after which a participant says something again \[s\]. They decide when, never what.
+#[derive(Clone, Copy, Debug)]
+pub struct Pace {
+    /// Between repetitions of a message that has not been answered.
+    pub repeat: Duration,
+    /// Between heartbeats.
+    pub heartbeat: Duration,
+    /// Without any word from the coordinator it gives up.
+    pub orphaned: Duration,
+}
+
+impl Default for Pace {
+    fn default() -> Self {
+        Self {
+            repeat: Duration::from_millis(100),
+            heartbeat: Duration::from_millis(500),
+            orphaned: Duration::from_secs(30),
+        }
+    }
+}
+
+/// What happened. The host passes bytes on as they come; checking them is the machine's business.
+#[derive(Debug)]
+pub enum Event {
+    /// Bytes on `ctl/<own name>`.
+    Control(Vec<u8>),
+    /// Bytes on a stream that this participant reads.
+    Data(Frame),
+    /// Bytes on `resend/<own name>`.
+    Resend(Vec<u8>),
+    /// The plugin has answered `setup`, with the hash of its state.
+    SetUp(Result<(Setup, u128), PluginError>),
+    /// The plugin has answered `connect`.
+    Connected(Result<(), PluginError>),
+    /// The plugin has answered `advance`, with the hash of its state after the step and the time inside it.
+    Computed(Result<(Outputs, u128), PluginError>, Times),
+    /// The plugin has finished `done` of `of` substeps of the step at hand.
+    Beat {
+        /// Finished.
+        done: u64,
+        /// In all.
+        of: u64,
+    },
+    /// Time has passed.
+    Tick,
+}
+
+/// What to do, in order.
+#[derive(Debug)]
+pub enum Action {
+    /// Declare publishers and subscribers of all streams of the plan; comes once, before any `Publish`.
+    Declare,
+    /// Put these bytes on `ack/<own name>`.
+    Control(Vec<u8>),
+    /// Put this frame on a stream.
+    Publish(StreamId, Frame),
+    /// Put these bytes on `resend/<participant>`.
+    Request(ParticipantId, Vec<u8>),
+    /// Call `setup`, answer with [`Event::SetUp`].
+    SetUp(Box<SolverScene>),
+    /// Call `connect`, answer with [`Event::Connected`].
+    Connect(Vec<PartnerSetup>),
+    /// Call `advance`, answer with [`Event::Computed`].
+    Compute(Box<Job>),
+    /// Leave.
+    Exit(Ending),
+}
+
+/// A step to compute.
+#[derive(Debug)]
+pub struct Job {
+    /// Time to cover.
+    pub step: Step,
+    /// What acts on it.
+    pub inputs: Inputs,
+    /// Whether the state must be hashed after it: only the last step of a window.
+    pub hash_state: bool,
+}
+
+/// How a participant's part ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// All windows are settled.
+    Finished,
+    /// The coordinator ended the run.
+    Aborted(String),
+    /// The coordinator would not have it.
+    Refused(String),
+    /// Its own plugin could not go on; the coordinator has been told.
+    Failed(String),
+    /// No word from the coordinator for too long.
+    Orphaned,
+}

@@ -1,0 +1,172 @@
+//! Joining a run: welcome, set-up, and the proof that every stream works.
+
+use std::time::Duration;
+
+use super::{Action, Inbox, Joined, Outbox, Participant, Phase, outbox};
+use crate::boundary::SampleStatics;
+use crate::checks::Checks;
+use crate::control::{FailureKind, ReadyInfo, Up};
+use crate::plan::schedule::{self, MessageId};
+use crate::plan::{Content, ParticipantId, Plan, StreamId};
+use crate::plugin::{PartnerSetup, PluginError, Setup, SolverScene};
+use crate::wire::decode_statics;
+
+impl<C: Checks> Participant<C> {
+    pub(super) fn on_welcome(
+        &mut self,
+        id: ParticipantId,
+        epoch: u32,
+        plan: &str,
+        scene: &str,
+        now: Duration,
+        out: &mut Vec<Action>,
+    ) {
+        if self.phase != Phase::Greeting {
+            return;
+        }
+        let (Ok(plan), Ok(scene)) = (serde_json::from_str::<Plan>(plan), serde_json::from_str::<SolverScene>(scene))
+        else {
+            let message = "the welcome holds no plan that this version understands".to_owned();
+            return self.fail(FailureKind::Bus, message, now, out);
+        };
+        let run = self.identity.run;
+        self.joined = Some(Joined {
+            id,
+            epoch,
+            inbox: Inbox::new(run, epoch, &plan, id),
+            outbox: Outbox::new(run, epoch, id),
+            plan,
+            scene: scene.clone(),
+            ready: ReadyInfo::default(),
+            connected: false,
+        });
+        self.phase = Phase::SettingUp;
+        out.push(Action::Declare);
+        out.push(Action::SetUp(Box::new(scene)));
+    }
+
+    pub(super) fn on_set_up(
+        &mut self,
+        answer: Result<(Setup, u128), PluginError>,
+        now: Duration,
+        out: &mut Vec<Action>,
+    ) {
+        let Some(joined) = self.joined.as_mut().filter(|_| self.phase == Phase::SettingUp) else { return };
+        let (setup, state_hash) = match answer {
+            Ok(answer) => answer,
+            Err(error) => return self.fail_plugin(&error, now, out),
+        };
+        if let Err(missing) = joined.publish_setup(setup, state_hash) {
+            return self.fail(FailureKind::Bus, missing, now, out);
+        }
+        let report = Up::Ready(Box::new(joined.ready.clone()));
+        self.phase = Phase::Ready;
+        self.say(report, now, out);
+        self.try_connect(now, out);
+    }
+
+    /// Sends what shows that every stream works, and what partners need before the first window.
+    pub(super) fn on_probe(&mut self, now: Duration, out: &mut Vec<Action>) {
+        if self.phase != Phase::Ready && self.phase != Phase::Probing {
+            return;
+        }
+        self.phase = Phase::Probing;
+        let Some(joined) = &mut self.joined else { return };
+        let streams: Vec<StreamId> = joined.plan.sent_by(joined.id).map(|(id, _)| id).collect();
+        for stream in streams {
+            let frame = joined.outbox.probe(&joined.plan, stream);
+            out.push(Action::Publish(stream, frame));
+        }
+        for id in schedule::published_at_start(&joined.plan, joined.id) {
+            out.extend(joined.outbox.frames(id).iter().map(|f| Action::Publish(id.stream, f.clone())));
+        }
+        self.report_probes(now, out);
+    }
+
+    /// Hands the partners' statics over once they are all there.
+    pub(super) fn try_connect(&mut self, now: Duration, out: &mut Vec<Action>) {
+        let Some(joined) = self.joined.as_mut().filter(|j| !j.connected) else { return };
+        if self.phase < Phase::Ready {
+            return;
+        }
+        match joined.partner_setups() {
+            Ok(Some(partners)) => {
+                joined.connected = true;
+                out.push(Action::Connect(partners));
+            }
+            Ok(None) => {}
+            Err(message) => self.fail(FailureKind::Bus, message, now, out),
+        }
+    }
+
+    pub(super) fn on_connected(&mut self, answer: Result<(), PluginError>, now: Duration, out: &mut Vec<Action>) {
+        match answer {
+            Ok(()) => self.report_probes(now, out),
+            Err(error) => self.fail_plugin(&error, now, out),
+        }
+    }
+
+    /// Tells the coordinator once every stream has been heard and the partners are known.
+    pub(super) fn report_probes(&mut self, now: Duration, out: &mut Vec<Action>) {
+        let Some(joined) = self.joined.as_ref().filter(|j| j.connected && j.inbox.all_heard()) else { return };
+        if self.phase == Phase::Probing {
+            let streams = joined.inbox.heard();
+            self.say(Up::Probed { streams }, now, out);
+        }
+    }
+}
+
+impl Joined {
+    /// Encodes the boundaries at t = 0 and the statics, and fills in what `Ready` says.
+    fn publish_setup(&mut self, setup: Setup, state_hash: u128) -> Result<(), String> {
+        let mut produced = Vec::new();
+        for id in schedule::published_at_start(&self.plan, self.id) {
+            let stream = &self.plan.streams[usize::from(id.stream)];
+            let (body, form) = match &stream.content {
+                Content::Boundary { body, form } => (body, Some(*form)),
+                Content::Statics { body } => (body, None),
+                Content::MidBoundary { .. } | Content::Impulses { .. } => continue,
+            };
+            let shown = setup.boundaries.iter().find(|b| &b.body == body);
+            let shown = shown.ok_or_else(|| format!("the plugin showed no boundary of body `{body}` at set-up"))?;
+            let content = match form {
+                Some(form) if outbox::fits(form, &shown.state) => {
+                    self.outbox.boundary(&self.plan, id, form, &shown.state)
+                }
+                Some(_) => return Err(format!("the boundary of body `{body}` has not the form the plugin declared")),
+                None => self.outbox.statics(&self.plan, id, &shown.statics),
+            };
+            produced.push((id.stream, id.index, content));
+        }
+        self.ready = ReadyInfo {
+            report: setup.report,
+            stable_dt: setup.stable_dt,
+            particles: setup.particles,
+            left_out: setup.left_out,
+            state_hash,
+            produced,
+        };
+        Ok(())
+    }
+
+    /// What never changes about each partner, once all of it is there.
+    fn partner_setups(&self) -> Result<Option<Vec<PartnerSetup>>, String> {
+        let mut partners = Vec::new();
+        for view in &self.scene.interfaces {
+            let wanted = self
+                .plan
+                .read_by(self.id)
+                .find(|(_, s)| matches!(&s.content, Content::Statics { body } if body == &view.partner));
+            let statics = match wanted {
+                None => SampleStatics::default(),
+                Some((stream, declared)) => {
+                    let Some(message) = self.inbox.message(MessageId { stream, index: 0 }) else { return Ok(None) };
+                    decode_statics(message.count(), &message.payload())
+                        .map_err(|e| format!("`{}`: {e}", declared.key))?
+                }
+            };
+            partners.push(PartnerSetup { interface: view.id, statics });
+        }
+        Ok(Some(partners))
+    }
+}

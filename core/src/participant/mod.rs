@@ -1,0 +1,264 @@
+//! A solver's side of the protocol, without a socket or a clock.
+//!
+//! The host feeds [`Event`]s and carries out the [`Action`]s it gets back, in order. Everything that can go wrong on a
+//! network is therefore an argument, and can be replayed.
+
+mod api;
+mod inbox;
+mod join;
+mod outbox;
+mod repeat;
+mod window;
+
+use std::time::Duration;
+
+use crate::checks::{AllChecks, Check, Checks};
+use crate::control::{self, Done, Down, Envelope, FailureKind, PROTOCOL, Progress, ReadyInfo, Up};
+use crate::plan::{ParticipantId, Plan};
+use crate::plugin::{PluginError, SolverScene};
+
+pub use api::{Action, Ending, Event, Frame, Identity, Job, Pace};
+pub use inbox::{Inbox, Reject, Taken};
+pub use outbox::{MissingOutput, Outbox};
+
+use window::Underway;
+
+/// Where a participant is in its life.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Phase {
+    Greeting,
+    SettingUp,
+    Ready,
+    Probing,
+    Running,
+    Ended,
+}
+
+/// Everything that exists once the coordinator has said welcome.
+#[derive(Debug)]
+struct Joined {
+    id: ParticipantId,
+    epoch: u32,
+    plan: Plan,
+    scene: SolverScene,
+    inbox: Inbox,
+    outbox: Outbox,
+    ready: ReadyInfo,
+    connected: bool,
+}
+
+/// The state machine.
+#[derive(Debug)]
+pub struct Participant<C: Checks = AllChecks> {
+    identity: Identity,
+    pace: Pace,
+    checks: C,
+    phase: Phase,
+    greeted: bool,
+    joined: Option<Joined>,
+    until: u64,
+    committed: u64,
+    underway: Underway,
+    unsettled: Vec<(u64, Box<Done>)>,
+    progress: Progress,
+    heard_at: Duration,
+    said_at: Duration,
+    asked_at: Duration,
+    beat_at: Duration,
+}
+
+impl Participant {
+    /// A participant that has not said hello yet; the first [`Event::Tick`] makes it.
+    pub fn new(identity: Identity, pace: Pace) -> Self {
+        Self::with_checks(identity, pace, AllChecks)
+    }
+}
+
+impl<C: Checks> Participant<C> {
+    /// The same with checks switched off, for the simulation.
+    pub fn with_checks(identity: Identity, pace: Pace, checks: C) -> Self {
+        Self {
+            identity,
+            pace,
+            checks,
+            phase: Phase::Greeting,
+            greeted: false,
+            joined: None,
+            until: 0,
+            committed: 0,
+            underway: Underway::default(),
+            unsettled: Vec::new(),
+            progress: Progress::default(),
+            heard_at: Duration::ZERO,
+            said_at: Duration::ZERO,
+            asked_at: Duration::ZERO,
+            beat_at: Duration::ZERO,
+        }
+    }
+
+    /// The plan, once welcomed.
+    pub fn plan(&self) -> Option<&Plan> {
+        self.joined.as_ref().map(|j| &j.plan)
+    }
+
+    /// Place in the plan, once welcomed.
+    pub fn id(&self) -> Option<ParticipantId> {
+        self.joined.as_ref().map(|j| j.id)
+    }
+
+    /// Incarnation of the coordinator, once welcomed.
+    pub fn epoch(&self) -> u32 {
+        self.joined.as_ref().map_or(0, |j| j.epoch)
+    }
+
+    /// Where it is, for heartbeats and for people.
+    pub fn progress(&self) -> Progress {
+        self.progress
+    }
+
+    /// First window that is not finished here, and the first not settled.
+    pub fn windows(&self) -> (u64, u64) {
+        (self.underway.window, self.committed)
+    }
+
+    /// What has arrived, for tests and counters.
+    pub fn inbox(&self) -> Option<&Inbox> {
+        self.joined.as_ref().map(|j| &j.inbox)
+    }
+
+    /// Moment of the next useful [`Event::Tick`].
+    pub fn next_deadline(&self) -> Duration {
+        if !self.greeted {
+            return Duration::ZERO;
+        }
+        let repeat = self.said_at + self.pace.repeat;
+        let ask = self.asked_at + self.pace.repeat;
+        repeat.min(ask).min(self.beat_at + self.pace.heartbeat)
+    }
+
+    /// Takes one event and says what to do.
+    pub fn on(&mut self, event: Event, now: Duration) -> Vec<Action> {
+        if self.phase == Phase::Ended {
+            return Vec::new();
+        }
+        let mut out = Vec::new();
+        match event {
+            Event::Control(bytes) => self.on_control(&bytes, now, &mut out),
+            Event::Data(frame) => self.on_data(frame, now, &mut out),
+            Event::Resend(bytes) => self.on_resend(&bytes, &mut out),
+            Event::SetUp(answer) => self.on_set_up(answer, now, &mut out),
+            Event::Connected(answer) => self.on_connected(answer, now, &mut out),
+            Event::Computed(answer, times) => self.on_computed(answer, times, now, &mut out),
+            Event::Beat { done, of } => {
+                self.progress.substep = done;
+                self.progress.substeps = of;
+            }
+            Event::Tick => self.on_tick(now, &mut out),
+        }
+        out
+    }
+
+    fn on_control(&mut self, bytes: &[u8], now: Duration, out: &mut Vec<Action>) {
+        let Ok(envelope) = control::decode::<Down>(bytes) else { return };
+        if envelope.protocol != PROTOCOL
+            || (self.checks.on(Check::ControlRun) && envelope.run != self.identity.run)
+            || (self.checks.on(Check::ControlInstance) && envelope.instance != self.identity.instance)
+        {
+            return;
+        }
+        let stale = self.joined.as_ref().is_some_and(|j| j.epoch != envelope.epoch);
+        if stale && self.checks.on(Check::ControlEpoch) {
+            return;
+        }
+        // Until it is welcomed it cannot tell incarnations apart: nothing else may move it.
+        let welcomes = matches!(envelope.body, Down::Welcome { .. } | Down::Refused { .. });
+        if self.joined.is_none() && !welcomes && self.checks.on(Check::ControlEpoch) {
+            return;
+        }
+        self.heard_at = now;
+        match envelope.body {
+            Down::Welcome { id, plan, scene } => self.on_welcome(id, envelope.epoch, &plan, &scene, now, out),
+            Down::Refused { reason } => self.end(Ending::Refused(reason), out),
+            Down::Probe => self.on_probe(now, out),
+            Down::Start if self.phase == Phase::Probing || self.phase == Phase::Ready => {
+                self.phase = Phase::Running;
+                self.advance(now, out);
+            }
+            Down::Start => {}
+            Down::Grant { until, committed } => self.on_grant(until, committed, now, out),
+            Down::Finish => {
+                self.say(Up::Bye, now, out);
+                self.end(Ending::Finished, out);
+            }
+            Down::Abort { reason } => {
+                self.say(Up::Bye, now, out);
+                self.end(Ending::Aborted(reason), out);
+            }
+        }
+    }
+
+    fn on_data(&mut self, frame: Frame, now: Duration, out: &mut Vec<Action>) {
+        let Some(joined) = &mut self.joined else { return };
+        match joined.inbox.take(frame, &self.checks) {
+            Some(Taken::Probe(_)) => self.report_probes(now, out),
+            Some(Taken::Whole(_)) if self.phase == Phase::Running => self.advance(now, out),
+            Some(Taken::Whole(_)) => {
+                self.try_connect(now, out);
+                self.report_probes(now, out);
+            }
+            Some(Taken::Part) | None => {}
+        }
+    }
+
+    fn on_grant(&mut self, until: u64, committed: u64, now: Duration, out: &mut Vec<Action>) {
+        self.until = self.until.max(until);
+        if committed > self.committed {
+            self.committed = committed;
+            self.unsettled.retain(|(window, _)| *window >= committed);
+            if let Some(joined) = &mut self.joined {
+                joined.outbox.settle(&joined.plan, committed);
+            }
+        }
+        self.advance(now, out);
+    }
+
+    fn say(&mut self, message: Up, now: Duration, out: &mut Vec<Action>) {
+        self.said_at = now;
+        out.push(self.envelope(message));
+    }
+
+    fn envelope(&self, body: Up) -> Action {
+        Action::Control(self.wrap(body))
+    }
+
+    fn wrap<M: serde::Serialize>(&self, body: M) -> Vec<u8> {
+        control::encode(&Envelope {
+            protocol: PROTOCOL,
+            run: self.identity.run,
+            epoch: self.epoch(),
+            instance: self.identity.instance,
+            body,
+        })
+    }
+
+    fn fail_plugin(&mut self, error: &PluginError, now: Duration, out: &mut Vec<Action>) {
+        let kind = match error {
+            PluginError::Unsupported(_) => FailureKind::Unsupported,
+            PluginError::Physics(_) => FailureKind::Physics,
+            PluginError::State(_) => FailureKind::Bus,
+            // The abort that caused it has ended this machine already.
+            PluginError::Aborted => return,
+        };
+        self.fail(kind, error.to_string(), now, out);
+    }
+
+    fn fail(&mut self, kind: FailureKind, message: String, now: Duration, out: &mut Vec<Action>) {
+        self.say(Up::Failed { kind, message: message.clone() }, now, out);
+        self.end(Ending::Failed(message), out);
+    }
+
+    fn end(&mut self, ending: Ending, out: &mut Vec<Action>) {
+        self.phase = Phase::Ended;
+        out.push(Action::Exit(ending));
+    }
+}

@@ -1,0 +1,148 @@
+//! What a participant has published and may be asked for again.
+
+use std::collections::BTreeMap;
+
+use super::Frame;
+use crate::boundary::{BoundaryState, Impulses, SampleStatics};
+use crate::control::RunId;
+use crate::plan::schedule::MessageId;
+use crate::plan::{BoundaryForm, Content, Plan, StreamId};
+use crate::plugin::Outputs;
+use crate::wire::{self, Origin};
+
+/// Encodes and keeps messages until they are settled.
+#[derive(Debug)]
+pub struct Outbox {
+    run: RunId,
+    epoch: u32,
+    sender: u16,
+    seq: u64,
+    kept: BTreeMap<MessageId, Vec<Frame>>,
+}
+
+/// A solver did not answer what its plan promised.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the plugin gave no {what} on `{key}`")]
+pub struct MissingOutput {
+    what: &'static str,
+    key: String,
+}
+
+impl Outbox {
+    /// An empty outbox of participant `sender`.
+    pub fn new(run: RunId, epoch: u32, sender: u16) -> Self {
+        Self { run, epoch, sender, seq: 0, kept: BTreeMap::new() }
+    }
+
+    /// A probe on a stream.
+    pub fn probe(&mut self, plan: &Plan, stream: StreamId) -> Frame {
+        let origin = self.origin(plan, MessageId { stream, index: 0 });
+        wire::probe(&origin, &mut self.seq)
+    }
+
+    /// Encodes statics.
+    pub fn statics(&mut self, plan: &Plan, id: MessageId, statics: &SampleStatics) -> u64 {
+        let (count, buffer) = wire::encode_statics(statics);
+        self.keep(plan, id, count, buffer)
+    }
+
+    /// Encodes a boundary.
+    pub fn boundary(&mut self, plan: &Plan, id: MessageId, form: BoundaryForm, state: &BoundaryState) -> u64 {
+        let (count, buffer) = match state {
+            BoundaryState::Proxy(record) => {
+                let share = share_of(plan, id.stream);
+                wire::encode_boundary(form, &BoundaryState::Proxy(crate::boundary::ProxyRecord { share, ..*record }))
+            }
+            BoundaryState::Samples(_) => wire::encode_boundary(form, state),
+        };
+        self.keep(plan, id, count, buffer)
+    }
+
+    /// Encodes what a step gives on one stream; answers the content hash and, for impulses, the impulses.
+    ///
+    /// # Errors
+    /// [`MissingOutput`] when the plugin left it out.
+    pub fn give<'o>(
+        &mut self,
+        plan: &Plan,
+        id: MessageId,
+        outputs: &'o Outputs,
+    ) -> Result<(u64, Option<&'o Impulses>), MissingOutput> {
+        let stream = &plan.streams[usize::from(id.stream)];
+        let missing = |what| MissingOutput { what, key: stream.key.clone() };
+        match &stream.content {
+            Content::Statics { .. } => Err(missing("statics")),
+            Content::Boundary { body, form } | Content::MidBoundary { body, form } => {
+                let found = outputs.boundaries.iter().find(|b| &b.body == body);
+                let state = &found.ok_or_else(|| missing("boundary"))?.state;
+                fits(*form, state).then_some(()).ok_or_else(|| missing("boundary of the declared form"))?;
+                Ok((self.boundary(plan, id, *form, state), None))
+            }
+            Content::Impulses { interface, .. } => {
+                let found = outputs.impulses.iter().find(|(i, _)| i == interface);
+                let (_, impulses) = found.ok_or_else(|| missing("impulses"))?;
+                let (count, buffer) = wire::encode_impulses(impulses);
+                Ok((self.keep(plan, id, count, buffer), Some(impulses)))
+            }
+        }
+    }
+
+    /// Frames of a message, if it is still kept.
+    pub fn frames(&self, id: MessageId) -> &[Frame] {
+        self.kept.get(&id).map_or(&[], Vec::as_slice)
+    }
+
+    /// Forgets messages that nobody can need any more: everything two windows behind the settled one, statics apart.
+    pub fn settle(&mut self, plan: &Plan, committed: u64) {
+        self.kept.retain(|id, _| {
+            let statics = matches!(plan.streams[usize::from(id.stream)].content, Content::Statics { .. });
+            (statics && committed == 0) || id.index + 1 >= committed
+        });
+    }
+
+    /// Forgets everything at once: a hand-made bug for the simulation.
+    pub fn forget_all(&mut self) {
+        self.kept.clear();
+    }
+
+    /// Messages kept.
+    pub fn held(&self) -> usize {
+        self.kept.len()
+    }
+
+    fn keep(&mut self, plan: &Plan, id: MessageId, count: u32, buffer: Vec<u8>) -> u64 {
+        let origin = self.origin(plan, id);
+        let (frames, content) = wire::frames(&origin, count, buffer, &mut self.seq);
+        self.kept.insert(id, frames);
+        content
+    }
+
+    fn origin(&self, plan: &Plan, id: MessageId) -> Origin {
+        let content = &plan.streams[usize::from(id.stream)].content;
+        Origin {
+            run: self.run,
+            epoch: self.epoch,
+            sender: self.sender,
+            stream: id.stream,
+            schema: wire::schema_hash(content),
+            index: id.index,
+        }
+    }
+}
+
+/// Whether a boundary has the declared form.
+pub(super) fn fits(form: BoundaryForm, state: &BoundaryState) -> bool {
+    match (form, state) {
+        (BoundaryForm::Proxy, BoundaryState::Proxy(_)) => true,
+        (BoundaryForm::SamplesF32 { normals } | BoundaryForm::SamplesF64 { normals }, BoundaryState::Samples(s)) => {
+            s.velocity.len() == s.position.len() && (!normals || s.normal.len() == s.position.len())
+        }
+        _ => false,
+    }
+}
+
+/// Part of a rigid body that each resolver may count on: several resolvers together must not count it twice.
+fn share_of(plan: &Plan, stream: StreamId) -> f64 {
+    let resolvers = plan.interfaces.iter().filter(|i| i.carries_impulses() && i.from_b == stream).count();
+    1.0 / resolvers.max(1) as f64
+}

@@ -1,0 +1,241 @@
+//! Working through a window: waiting for what a step needs, computing it, publishing what it gives.
+
+use std::time::Duration;
+
+use super::{Action, Joined, Participant, Phase};
+use crate::checks::{Check, Checks};
+use crate::control::{Done, FailureKind, Times, Up};
+use crate::participant::Job;
+use crate::plan::schedule::{self, MessageId, Need, Role, StepPlan};
+use crate::plan::{Content, StreamId};
+use crate::plugin::{ImpulseInput, Inputs, Outputs, PartnerInput, PluginError, Report, Step};
+use crate::scene::Break;
+use crate::wire::{decode_boundary, decode_impulses};
+
+/// The window at hand.
+#[derive(Debug, Default)]
+pub(super) struct Underway {
+    /// Its number.
+    pub(super) window: u64,
+    /// Step within it.
+    step: usize,
+    /// Whether the plugin is at work.
+    pub(super) computing: bool,
+    /// What will be reported about it.
+    done: Done,
+}
+
+impl<C: Checks> Participant<C> {
+    /// The step that comes next.
+    pub(super) fn current_step(&self, joined: &Joined) -> Option<StepPlan> {
+        let steps = schedule::steps(&joined.plan, joined.id, self.underway.window);
+        steps.into_iter().nth(self.underway.step)
+    }
+
+    /// Starts the next step if all it needs is there.
+    pub(super) fn advance(&mut self, now: Duration, out: &mut Vec<Action>) {
+        let Some(joined) = self.joined.as_ref() else { return };
+        let window = self.underway.window;
+        let granted = window < self.until || !self.checks.on(Check::GrantLimit);
+        if self.phase != Phase::Running || self.underway.computing || !granted || window >= joined.plan.clock.windows {
+            return;
+        }
+        let Some(step) = self.current_step(joined) else { return };
+        let found: Vec<(Need, Option<MessageId>)> =
+            step.needs.iter().map(|&need| (need, self.locate(joined, need.message))).collect();
+        if let Some((need, _)) = found.iter().find(|(_, id)| id.is_none()) {
+            self.progress.waiting_for = Some(need.message.stream);
+            if self.checks.on(Check::AllNeeds) {
+                return;
+            }
+        }
+        match gather(joined, &step, window, &found) {
+            Ok((inputs, consumed, applied)) => {
+                let steps = schedule::steps(&joined.plan, joined.id, window).len();
+                let hash_state = self.underway.step + 1 == steps;
+                let step = Step::new(&joined.plan.clock, window, step.span);
+                self.underway.computing = true;
+                self.underway.done.consumed.extend(consumed);
+                self.underway.done.applied.extend(applied);
+                self.progress = crate::control::Progress { window, ..Default::default() };
+                out.push(Action::Compute(Box::new(Job { step, inputs, hash_state })));
+            }
+            Err(message) => self.fail(FailureKind::Bus, message, now, out),
+        }
+    }
+
+    fn locate(&self, joined: &Joined, wanted: MessageId) -> Option<MessageId> {
+        if self.checks.on(Check::ExactIndex) {
+            joined.inbox.content(wanted).map(|_| wanted)
+        } else {
+            joined.inbox.newest(wanted.stream)
+        }
+    }
+
+    pub(super) fn on_computed(
+        &mut self,
+        answer: Result<(Outputs, u128), PluginError>,
+        times: Times,
+        now: Duration,
+        out: &mut Vec<Action>,
+    ) {
+        let (outputs, state_hash) = match answer {
+            Ok(answer) => answer,
+            Err(error) => return self.fail_plugin(&error, now, out),
+        };
+        self.underway.computing = false;
+        let Some(joined) = &mut self.joined else { return };
+        let window = self.underway.window;
+        let steps = schedule::steps(&joined.plan, joined.id, window);
+        let Some(step) = steps.get(self.underway.step) else { return };
+        let done = &mut self.underway.done;
+        for &id in &step.gives {
+            match joined.outbox.give(&joined.plan, id, &outputs) {
+                Ok((content, impulses)) => {
+                    done.produced.push((id.stream, id.index, content));
+                    if let (Some(j), Some(interface)) = (impulses, interface_of(joined, id.stream)) {
+                        done.sent.push((interface, j.total(), j.gross()));
+                    }
+                }
+                Err(missing) => {
+                    let message = missing.to_string();
+                    return self.fail(FailureKind::Bus, message, now, out);
+                }
+            }
+            out.extend(joined.outbox.frames(id).iter().map(|f| Action::Publish(id.stream, f.clone())));
+        }
+        if !self.checks.on(Check::KeepUntilSettled) {
+            joined.outbox.forget_all();
+        }
+        merge_report(&mut done.report, outputs.report, self.underway.step == 0);
+        merge_times(&mut done.times, times, self.underway.step == 0);
+        if self.underway.step + 1 < steps.len() {
+            self.underway.step += 1;
+        } else {
+            self.finish_window(window, state_hash, now, out);
+        }
+        self.advance(now, out);
+    }
+
+    fn finish_window(&mut self, window: u64, state_hash: u128, now: Duration, out: &mut Vec<Action>) {
+        let mut done = std::mem::take(&mut self.underway.done);
+        done.window = window;
+        done.state_hash = state_hash;
+        self.underway.window = window + 1;
+        self.underway.step = 0;
+        self.progress.window = window + 1;
+        if let Some(joined) = &mut self.joined {
+            forget_used(joined, window + 1);
+        }
+        let done = Box::new(done);
+        self.unsettled.push((window, done.clone()));
+        self.say(Up::Done(done), now, out);
+    }
+}
+
+/// Consumed messages and applied impulses, as [`Done`] lists them.
+type Gathered = (Inputs, Vec<(StreamId, u64, u64)>, Vec<(u16, [f64; 3], f64)>);
+
+/// Decodes what a step needs.
+fn gather(
+    joined: &Joined,
+    step: &StepPlan,
+    window: u64,
+    found: &[(Need, Option<MessageId>)],
+) -> Result<Gathered, String> {
+    let mut inputs = Inputs::default();
+    let mut consumed = Vec::new();
+    let mut applied = Vec::new();
+    let length_s = joined.plan.clock.seconds(step.span.ticks());
+    for (need, id) in found {
+        let Some((id, message)) = id.and_then(|id| joined.inbox.message(id).map(|m| (id, m))) else { continue };
+        let stream = &joined.plan.streams[usize::from(id.stream)];
+        let explain = |e| format!("message {} on `{}` in window {window}: {e}", id.index, stream.key);
+        consumed.push((id.stream, id.index, message.content().unwrap_or_default()));
+        let payload = message.payload();
+        match (&stream.content, need.role) {
+            (Content::Boundary { form, .. } | Content::MidBoundary { form, .. }, role) => {
+                let state = decode_boundary(*form, message.count(), &payload).map_err(explain)?;
+                let known = inputs.partners.iter_mut().find(|p| p.interface == need.interface);
+                match (known, role) {
+                    (Some(partner), Role::PartnerNext) => partner.next = Some(state),
+                    _ => inputs.partners.push(PartnerInput {
+                        interface: need.interface,
+                        rule: joined.plan.interfaces[usize::from(need.interface)].rule,
+                        now: state,
+                        next: None,
+                        length_s,
+                    }),
+                }
+            }
+            (Content::Impulses { form, .. }, role) => {
+                let impulses = decode_impulses(*form, message.count(), &payload).map_err(explain)?;
+                applied.push((need.interface, impulses.total(), impulses.gross()));
+                let dropped = joined.plan.break_with == Some(Break::DropReaction);
+                inputs.impulses.push(ImpulseInput {
+                    interface: need.interface,
+                    impulses: if dropped { impulses.zeroed() } else { impulses },
+                    spread: role == Role::ImpulseSpread,
+                });
+            }
+            (Content::Statics { .. }, _) => {}
+        }
+    }
+    Ok((inputs, consumed, applied))
+}
+
+fn interface_of(joined: &Joined, stream: StreamId) -> Option<u16> {
+    match joined.plan.streams[usize::from(stream)].content {
+        Content::Impulses { interface, .. } => Some(interface),
+        _ => None,
+    }
+}
+
+/// Forgets messages below those that windows from `next` on can need.
+fn forget_used(joined: &mut Joined, next: u64) {
+    let streams: Vec<(StreamId, bool)> =
+        joined.plan.read_by(joined.id).map(|(id, s)| (id, matches!(s.content, Content::Statics { .. }))).collect();
+    for (stream, statics) in streams {
+        // Parallel impulses of the window before are needed, so one window is kept behind.
+        if !statics {
+            joined.inbox.forget_below(stream, next.saturating_sub(1));
+        }
+    }
+}
+
+/// Adds what a later step of a window reports.
+fn merge_report(into: &mut Report, from: Report, first: bool) {
+    if first {
+        *into = from;
+        return;
+    }
+    into.substeps += from.substeps;
+    into.substep_bound_by = from.substep_bound_by;
+    into.bodies = from.bodies;
+    into.external = into.external.plus(from.external);
+    into.energy = from.energy;
+    for (name, count) in from.counters {
+        *into.counters.entry(name).or_default() += count;
+    }
+    for later in from.interfaces {
+        match into.interfaces.iter_mut().find(|i| i.interface == later.interface) {
+            Some(earlier) => {
+                earlier.received = earlier.received.plus(later.received);
+                earlier.gross += later.gross;
+                earlier.work_j += later.work_j;
+                earlier.residual = earlier.residual.max(later.residual);
+            }
+            None => into.interfaces.push(later),
+        }
+    }
+}
+
+fn merge_times(into: &mut Times, from: Times, first: bool) {
+    if first {
+        into.start_s = from.start_s;
+    }
+    into.end_s = from.end_s;
+    into.compute_s += from.compute_s;
+    into.wait_s += from.wait_s;
+    into.transfer_s += from.transfer_s;
+}

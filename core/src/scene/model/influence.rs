@@ -1,0 +1,123 @@
+//! What acts from outside, and what is measured.
+
+use serde::{Deserialize, Serialize};
+
+use super::Vec3;
+
+/// `[[action]]`: an outside influence in a time range.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Action {
+    /// What it does.
+    pub kind: ActionKind,
+    /// Bodies it acts on; empty means all.
+    pub bodies: Vec<String>,
+    /// First moment \[s\].
+    pub from_s: f64,
+    /// Last moment \[s\]; infinity is written as `None`.
+    pub until_s: Option<f64>,
+}
+
+/// What an action does.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ActionKind {
+    /// Uniform acceleration.
+    Gravity {
+        /// \[m/s²\].
+        acceleration_m_s2: Vec3,
+    },
+    /// Moving air: bodies feel drag relative to it.
+    Wind {
+        /// Air velocity \[m/s\].
+        velocity_m_s: Vec3,
+        /// Density of the air \[kg/m³\].
+        air_density_kg_m3: f64,
+        /// Drag coefficient.
+        drag_coefficient: f64,
+    },
+    /// The seeds' force fields: accelerations that do not depend on mass.
+    AccelerationField {
+        /// Shape of the field.
+        field: Field,
+    },
+    /// A force at a point of the body \[N\].
+    PointForce {
+        /// \[N\], world axes.
+        force_n: Vec3,
+        /// Point in the world at `from_s` \[m\]; `None` is the centre of mass.
+        at_m: Option<Vec3>,
+    },
+    /// A sudden impulse at `from_s` \[N s\].
+    Impulse {
+        /// \[N s\], world axes.
+        impulse_n_s: Vec3,
+        /// Point in the world \[m\]; `None` is the centre of mass.
+        at_m: Option<Vec3>,
+    },
+}
+
+/// Shape of an acceleration field.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Field {
+    /// The same everywhere.
+    Constant {
+        /// \[m/s²\].
+        acceleration_m_s2: Vec3,
+    },
+    /// Inside an infinite cylinder.
+    Cylinder {
+        /// \[m/s²\], along the axis.
+        strength_m_s2: f64,
+        /// Unit axis.
+        direction: Vec3,
+        /// Point on the axis \[m\].
+        center_m: Vec3,
+        /// \[m\].
+        radius_m: f64,
+    },
+    /// Towards (positive) or away from (negative) a point, `strength / (1 + r/1 m)^falloff`.
+    Point {
+        /// \[m/s²\].
+        strength_m_s2: f64,
+        /// \[m\].
+        center_m: Vec3,
+        /// Power of the falloff.
+        falloff: f64,
+    },
+}
+
+/// `[[probe]]`: a quantity written each window to `probes.csv`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Probe {
+    /// Unique column name.
+    pub name: String,
+    /// What is measured.
+    pub quantity: ProbeQuantity,
+    /// Body measured; `None` for quantities at a point.
+    pub body: Option<String>,
+    /// Point of measurement \[m\], for quantities at a point.
+    pub at_m: Option<Vec3>,
+}
+
+/// What a probe measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ProbeQuantity {
+    /// Centre of mass \[m\].
+    Position,
+    /// Orientation quaternion.
+    Orientation,
+    /// Velocity of the centre of mass \[m/s\].
+    Velocity,
+    /// Linear momentum \[kg m/s\].
+    Momentum,
+    /// Pressure at a point \[Pa\].
+    Pressure,
+    /// Contact force on a body \[N\].
+    Force,
+    /// Share of space taken at a point.
+    VolumeFraction,
+    /// Largest principal logarithmic strain of a body.
+    Strain,
+}

@@ -1,0 +1,147 @@
+//! The scene as data: what a checked scene file says, in SI units, with every default filled in.
+//!
+//! Nothing here reads text; `read` turns a TOML file into these types and collects every mistake on the way.
+
+mod body;
+mod coupling;
+mod influence;
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+pub use body::*;
+pub use coupling::*;
+pub use influence::*;
+
+/// A whole scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scene {
+    /// Short name, also the name of the run folder.
+    pub name: String,
+    /// One line for people.
+    pub title: String,
+    /// Simulated time and exchange interval.
+    pub clock: ClockSpec,
+    /// Number of dimensions that move: full space, or a slab one spacing thick whose normal motion is zero.
+    pub space: Space,
+    /// Solver processes that the scene names explicitly, by name.
+    pub solvers: BTreeMap<String, SolverSpec>,
+    /// Things with a material.
+    pub bodies: Vec<Body>,
+    /// Things that never move or move as told and take no impulses: floors, walls, terrain.
+    pub statics: Vec<StaticCollider>,
+    /// What the user says about two bodies that may touch.
+    pub pairs: Vec<PairSpec>,
+    /// Potentials of two positions.
+    pub links: Vec<Link>,
+    /// Rigid joints.
+    pub joints: Vec<Joint>,
+    /// Outside influences.
+    pub actions: Vec<Action>,
+    /// Quantities written to CSV.
+    pub probes: Vec<Probe>,
+    /// What the run leaves behind beside its ledger.
+    pub output: OutputSpec,
+    /// How the run is carried out; never changes a result, except `break_with`, which exists to.
+    pub run: RunSpec,
+}
+
+/// `[clock]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ClockSpec {
+    /// Simulated time \[s\].
+    pub duration_s: f64,
+    /// Largest coupling window \[s\]; the plan may take a smaller one and says why.
+    pub window_s: Option<f64>,
+    /// Output frames per simulated second; frame times are multiples of the window.
+    pub frames_per_second: Option<f64>,
+    /// Scheme of all contact interfaces.
+    pub contact_scheme: Scheme,
+    /// Scheme of all links.
+    pub link_scheme: Scheme,
+    /// How a partner moves inside a window.
+    pub motion_rule: MotionRule,
+}
+
+/// How two sides of an interface take turns within a window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scheme {
+    /// Resolver (or first side) first, then the other with its fresh result.
+    Serial,
+    /// Both at once from the last window's results.
+    Parallel,
+    /// Links only: as serial, but the order swaps every window.
+    Alternating,
+    /// Links only, as impulses: one side half a window, the other all of it, then the first its other half.
+    Centred,
+}
+
+/// How a partner's boundary moves between two exchanges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MotionRule {
+    /// It stays where the newest record puts it.
+    Hold,
+    /// Straight line: between two records where both are known, else `x + v τ`.
+    Linear,
+    /// Cubic through positions and velocities of two records where both are known, else `x + v τ`.
+    Hermite,
+}
+
+/// `[space]`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Space {
+    /// Three dimensions.
+    Full,
+    /// A 2-D slab: no motion along `normal`; `thickness_m` makes masses and forces those of that depth.
+    Slab {
+        /// Axis without motion: 0, 1 or 2.
+        normal: usize,
+        /// Depth \[m\].
+        thickness_m: f64,
+    },
+}
+
+/// `[solver.NAME]`: one process.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SolverSpec {
+    /// Plugin to run; `None` means the plugin of the same name.
+    pub plugin: Option<String>,
+    /// Explicit command of a foreign plugin, program first.
+    pub command: Option<Vec<String>>,
+    /// Plugin parameters, checked against the plugin's own schema.
+    pub params: serde_json::Map<String, serde_json::Value>,
+}
+
+/// `[output]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OutputSpec {
+    /// Write `trace.json` for Perfetto.
+    pub trace: bool,
+    /// Write one ledger row every this many windows (the last window is always written).
+    pub ledger_every: u64,
+}
+
+/// `[run]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunSpec {
+    /// Threads for solvers of one level; `None` takes the machine's cores.
+    pub threads: Option<usize>,
+    /// A participant that has not joined and set up after this long ends the run \[s\].
+    pub join_limit_s: f64,
+    /// A participant silent for this long ends the run \[s\].
+    pub silence_limit_s: f64,
+    /// Breaks one thing on purpose, to see that the gates notice.
+    pub break_with: Option<Break>,
+}
+
+/// Deliberate faults, for negative controls.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Break {
+    /// Responders throw the impulses they receive away.
+    DropReaction,
+}

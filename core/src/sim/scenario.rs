@@ -1,0 +1,134 @@
+//! What a seed stands for: who couples with whom, how, and what goes wrong.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use super::faults::Faults;
+use super::random::Random;
+use super::toy;
+use crate::plan::{self, ParticipantId, Plan};
+use crate::plugin::SolverScene;
+use crate::scene::read;
+
+/// A blow that the run must answer with a named outcome.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trouble {
+    /// None: the run must finish.
+    None,
+    /// A process is killed.
+    Kill(ParticipantId),
+    /// A process stops for ever.
+    Freeze(ParticipantId),
+    /// A process stops for a while, shorter than the limit: the run must finish.
+    Pause(ParticipantId),
+    /// The user stops the run.
+    Stop,
+    /// A participant computes with something else than it was sent, and says so.
+    Lie(ParticipantId),
+    /// A second process joins under a taken name: it must be refused and the run finish.
+    Double(ParticipantId),
+}
+
+/// A run to simulate.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    /// Where it comes from.
+    pub seed: u64,
+    /// Who couples with whom.
+    pub plan: Plan,
+    /// Parts of the scene.
+    pub scenes: Vec<SolverScene>,
+    /// What the bus does.
+    pub faults: Faults,
+    /// What happens beside.
+    pub trouble: Trouble,
+    /// When it happens \[µs\].
+    pub trouble_at_us: u64,
+}
+
+/// Windows of an ordinary scenario.
+const WINDOWS: u64 = 200;
+
+impl Scenario {
+    /// The scenario of a seed.
+    pub fn from_seed(seed: u64) -> Self {
+        let mut random = Random::new(seed);
+        // Large messages, cut into chunks, are rare because they are slow.
+        let large = random.once_in(25);
+        let (windows, samples) = if large { (12, 12_000) } else { (WINDOWS, 1 + random.below(3)) };
+        let (plan, scenes) = loop {
+            // A random choice of turns can have a circle, which the plan refuses: draw again.
+            if let Some(made) = draw(&mut random, windows, samples) {
+                break made;
+            }
+        };
+        let participants = plan.participants.len() as u64;
+        let who = random.below(participants) as ParticipantId;
+        let trouble = match random.below(20) {
+            0..=2 => Trouble::Kill(who),
+            3 => Trouble::Freeze(who),
+            4 => Trouble::Pause(who),
+            5..=6 => Trouble::Stop,
+            7 => Trouble::Lie(who),
+            8 => Trouble::Double(who),
+            _ => Trouble::None,
+        };
+        let mut rate = |choices: [u64; 4]| choices[random.below(4) as usize];
+        let faults = Faults {
+            loss: rate([0, 300, 60, 20]),
+            duplicate: rate([0, 100, 20, 5]),
+            delay: rate([0, 100, 20, 5]),
+            flip: rate([0, 300, 100, 40]),
+            forge: rate([0, 100, 30, 10]),
+        };
+        Self { seed, plan, scenes, faults, trouble, trouble_at_us: 5_000 + random.below(200_000) }
+    }
+
+    /// The same without faults and trouble.
+    #[must_use]
+    pub fn calm(&self) -> Self {
+        Self { faults: Faults::default(), trouble: Trouble::None, ..self.clone() }
+    }
+}
+
+/// Draws 3 to 5 solvers, contacts among some pairs, links among others.
+fn draw(random: &mut Random, windows: u64, samples: u64) -> Option<(Plan, Vec<SolverScene>)> {
+    let solvers = 3 + random.below(3);
+    let contact = ["serial", "parallel"][random.below(2) as usize];
+    let link = ["serial", "parallel", "alternating", "centred"][random.below(4) as usize];
+    let rule = ["hold", "linear", "hermite"][random.below(3) as usize];
+    let mut text = format!(
+        "format = 1\nname = \"sim\"\ntitle = \"a simulated bus\"\n[clock]\nduration = 1.0\nwindow = {}\n\
+         contact_scheme = \"{contact}\"\nlink_scheme = \"{link}\"\nmotion_rule = \"{rule}\"\n",
+        1.0 / windows as f64
+    );
+    for i in 0..solvers {
+        let _ = writeln!(text, "[solver.p{i}]\nplugin = \"toy\"");
+    }
+    for i in 0..solvers {
+        let _ = writeln!(
+            text,
+            "[[body]]\nname = \"b{i}\"\nsolver = \"p{i}\"\nmaterial = \"point-mass\"\nmass = 1.0\n\
+             cloud = {{ count = {samples}, size = [1.0, 1.0, 1.0] }}"
+        );
+    }
+    for i in 0..solvers {
+        for j in i + 1..solvers {
+            // A link needs no contact beside it; the others mostly touch, and some solvers stand alone.
+            match random.below(4) {
+                0 => {
+                    let _ =
+                        writeln!(text, "[[link]]\nname = \"l{i}-{j}\"\na = \"b{i}\"\nb = \"b{j}\"\nstiffness = 1.0");
+                    let _ = writeln!(text, "[[pair]]\na = \"b{i}\"\nb = \"b{j}\"\nenabled = false");
+                }
+                1 => {
+                    let _ = writeln!(text, "[[pair]]\na = \"b{i}\"\nb = \"b{j}\"\nenabled = false");
+                }
+                _ => {}
+            }
+        }
+    }
+    let scene = read::parse(&text).ok()?.0;
+    let descriptors = BTreeMap::from([("toy".to_owned(), toy::descriptor())]);
+    plan::build(&scene, &descriptors, 2).ok()
+}

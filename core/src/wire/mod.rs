@@ -1,0 +1,17 @@
+//! Bytes of the data plane: a fixed header, then aligned planar arrays, little-endian.
+//!
+//! A message is cut into chunks of at most [`CHUNK_BYTES`]; a frame is a header and one chunk. Every bit of a frame is
+//! covered by its hash, and the content hash of a message follows from the hashes of its chunks, so that both are
+//! computed in one pass.
+
+mod arrays;
+mod header;
+mod message;
+mod payload;
+
+pub use header::{HEADER_BYTES, Header, HeaderError, Kind, MAGIC, VERSION};
+pub use message::{CHUNK_BYTES, Message, Origin, frames, probe};
+pub use payload::{
+    PayloadError, decode_boundary, decode_impulses, decode_statics, encode_boundary, encode_impulses, encode_statics,
+    payload_bytes, schema_hash, schema_text,
+};
