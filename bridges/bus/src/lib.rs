@@ -1,0 +1,35 @@
+//! The zenoh transport of Cosplat: sessions, join, and the host loop around a plugin.
+//!
+//! This is the only crate that knows zenoh. It owns sockets, timers and threads; what is said and when is decided by
+//! the state machines of `cosplat-core`, which it drives:
+//!
+//! * [`run_plugin`] is what the `main` of a plugin calls: it joins a run and serves the plugin until the run ends;
+//! * [`CoordinatorHost`] opens a run's bus, hands out one [`JoinTicket`] per participant and drives the coordinator.
+//!
+//! zenoh is taken as a fast carrier that may lose, repeat and delay. What it is trusted with is keeping strangers out:
+//! a unix socket in a folder of its own, a random password per participant and run, and an access list that is made
+//! from the plan and denies what it does not name. The key on which a message arrives is therefore its authenticated
+//! sender.
+
+mod access;
+mod clock;
+pub mod config;
+mod coordinator_host;
+mod credentials;
+mod error;
+mod host;
+mod keys;
+mod lifeline;
+mod queue;
+mod session;
+mod ticket;
+
+pub use coordinator_host::{CoordinatorEvent, CoordinatorHandle, CoordinatorHost};
+pub use credentials::RunFolder;
+pub use error::BusError;
+pub use host::{describe, run_plugin, serve};
+pub use keys::{Keys, run_from_hex, run_to_hex};
+pub use lifeline::Lifeline;
+pub use queue::{Mailbox, Post, Spin, mailbox};
+pub use session::{Bus, Lane, Outlet, Payload, Presence};
+pub use ticket::JoinTicket;
