@@ -1,0 +1,190 @@
+//! The plugin contract around the model.
+
+use cosplat_core::boundary::{Impulses, SampleStatics, Vec3};
+use cosplat_core::control::PROTOCOL;
+use cosplat_core::plan::{BoundaryForm, LeftOut};
+use cosplat_core::plugin::{
+    BoundaryOutput, Descriptor, Inputs, InterfaceRole, Outputs, Plugin, PluginError, Pulse, Saves, Setup,
+    SetupBoundary, Signal, SolverScene, StateReader, StateSink, Step,
+};
+use nalgebra::{Quaternion, UnitQuaternion};
+
+use crate::V3;
+use crate::flight::{Budget, substeps};
+use crate::model::{Flying, Model, State};
+use crate::read::read;
+use crate::report::{proxy, report};
+use crate::rotation::{ANGLE_PER_SUBSTEP, angular_velocity};
+use crate::step::{Given, Stage};
+
+/// Rigid bodies without contact.
+#[derive(Clone, Debug, Default)]
+pub struct RigidLite {
+    model: Option<Model>,
+    state: State,
+}
+
+impl Plugin for RigidLite {
+    fn describe(&self) -> Descriptor {
+        let features = ["prescribed", "gravity", "acceleration-field", "point-force", "impulse"];
+        Descriptor {
+            name: "rigid-lite".into(),
+            version: env!("CARGO_PKG_VERSION").into(),
+            summary: "Rigid bodies without contact: exact flight, symplectic rotation".into(),
+            protocol: [PROTOCOL, PROTOCOL],
+            body_kinds: ["box", "sphere", "cylinder", "points"].map(String::from).into(),
+            materials: vec!["rigid".into()],
+            roles: vec![InterfaceRole::Respond],
+            boundary: BoundaryForm::Proxy,
+            features: features.map(String::from).into(),
+            probes: Vec::new(),
+            saves: Saves { bytes: true, deterministic: true },
+            params_schema: serde_json::json!({ "type": "object", "properties": {}, "additionalProperties": false }),
+        }
+    }
+
+    fn setup(&mut self, scene: &SolverScene) -> Result<Setup, PluginError> {
+        let model = read(scene)?;
+        let state = model.start();
+        let left_out = scene.statics.iter().map(|s| LeftOut {
+            what: format!("static collider `{}`", s.name),
+            why: "this plugin has no contact".into(),
+            indicator: None,
+            limit: None,
+            saved: "not measured".into(),
+        });
+        let coupled = model.bodies.iter().enumerate().filter(|(_, b)| b.coupled);
+        let boundaries = coupled.map(|(i, b)| SetupBoundary {
+            body: b.name.clone(),
+            statics: SampleStatics::default(),
+            state: proxy(&model, i, &state.bodies[i], &state.hooks, 0.0),
+        });
+        let free = model.bodies.iter().zip(&state.bodies).filter(|(b, _)| b.motion.is_none());
+        let spin = free.map(|(b, f)| (angular_velocity(&f.turn, f.spin, b.inverse).norm(), &b.name));
+        let fastest = spin.filter(|(rate, _)| *rate > 0.0).max_by(|a, b| a.0.total_cmp(&b.0));
+        let none = vec![Budget::default(); model.views.len()];
+        let setup = Setup {
+            boundaries: boundaries.collect(),
+            report: report(&model, &state, 0.0, &Budget::default(), &none),
+            stable_dt: fastest.map(|(rate, name)| (ANGLE_PER_SUBSTEP / rate, bound_by(name, rate))),
+            particles: model.bodies.iter().map(|b| b.particles).collect(),
+            left_out: left_out.collect(),
+        };
+        self.model = Some(model);
+        self.state = state;
+        Ok(setup)
+    }
+
+    fn advance(&mut self, step: &Step, inputs: &Inputs, pulse: &mut dyn Pulse) -> Result<Outputs, PluginError> {
+        let Some(model) = &self.model else {
+            return Err(PluginError::Unsupported("the rigid-lite solver cannot advance before it has a scene".into()));
+        };
+        let given = given(model, inputs)?;
+        let end = model.clock.seconds(step.span.to);
+        let mut cuts = model.switches(step.start_s, end);
+        cuts.push(end);
+        let mut stage = Stage::new(model, &self.state, given, step);
+        let mut done = 0;
+        for (i, &cut) in cuts.iter().enumerate() {
+            let start = if i == 0 { step.start_s } else { cuts[i - 1] };
+            let offset = start - step.start_s;
+            let length = if i + 1 == cuts.len() { step.length_s - offset } else { cut - start };
+            let planned = stage.prepare(start, cut, length)?;
+            let of = done + planned.iter().sum::<u64>();
+            let mut beat = || -> Signal {
+                done += 1;
+                if done % BEAT_EVERY == 0 || done == of { pulse.beat(done, of) } else { Signal::Continue }
+            };
+            stage.fly(start, length, &planned, &mut beat).ok_or(PluginError::Aborted)?;
+        }
+        stage.drive(end);
+        stage.check(step.window)?;
+        let (taken, bound) = stage.finest();
+        let mut report = report(model, &stage.state, end, &stage.external, &stage.received);
+        report.substeps = taken;
+        report.substep_bound_by = bound;
+        let coupled = model.bodies.iter().enumerate().filter(|(_, b)| b.coupled);
+        let boundaries = coupled.map(|(i, b)| BoundaryOutput {
+            body: b.name.clone(),
+            state: proxy(model, i, &stage.state.bodies[i], &stage.state.hooks, end),
+        });
+        let outputs = Outputs { boundaries: boundaries.collect(), impulses: Vec::new(), report };
+        self.state = stage.state;
+        Ok(outputs)
+    }
+
+    fn save(&self, sink: &mut dyn StateSink) {
+        sink.u64(self.state.bodies.len() as u64);
+        for flying in &self.state.bodies {
+            sink.vec3(flying.position.into());
+            flying.turn.coords.iter().for_each(|&c| sink.f64(c));
+            sink.vec3(flying.velocity.into());
+            sink.vec3(flying.spin.into());
+        }
+        let hooks: Vec<Vec3> = self.state.hooks.iter().map(|&h| h.into()).collect();
+        sink.vec3s(&hooks);
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), PluginError> {
+        let mut reader = StateReader::new(state);
+        let (found, expected) = (reader.u64()?, self.state.bodies.len() as u64);
+        if found != expected {
+            return Err(cosplat_core::plugin::StateError::Count { what: "rigid bodies", found, expected }.into());
+        }
+        let mut bodies = Vec::with_capacity(self.state.bodies.len());
+        for _ in 0..expected {
+            let position = reader.vec3()?.into();
+            let [x, y, z, w] = [reader.f64()?, reader.f64()?, reader.f64()?, reader.f64()?];
+            // As it was saved: normalising again could change the last bit.
+            let turn = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
+            bodies.push(Flying { position, turn, velocity: reader.vec3()?.into(), spin: reader.vec3()?.into() });
+        }
+        let hooks = reader.vec3s("lever arms", self.state.hooks.len())?.into_iter().map(V3::from).collect();
+        reader.end()?;
+        self.state = State { bodies, hooks };
+        Ok(())
+    }
+}
+
+/// Substeps between two beats: some hundred microseconds.
+const BEAT_EVERY: u64 = 256;
+
+/// Impulses by view, checked.
+fn given(model: &Model, inputs: &Inputs) -> Result<Vec<Option<Given>>, PluginError> {
+    let refused = |what: &str| PluginError::Unsupported(format!("the rigid-lite solver does not support: {what}"));
+    if let Some(partner) = inputs.partners.first() {
+        return Err(refused(&format!("the boundary of a partner (interface {})", partner.interface)));
+    }
+    let mut given: Vec<Option<Given>> = vec![None; model.views.len()];
+    for input in &inputs.impulses {
+        let Some(at) = model.views.iter().position(|v| v.id == input.interface) else {
+            return Err(refused(&format!("an input that interface {} does not have", input.interface)));
+        };
+        let view = &model.views[at];
+        let Impulses::Rigid(wrench) = &input.impulses else {
+            return Err(refused(&format!("impulses on samples of rigid body `{}`", model.bodies[view.own].name)));
+        };
+        if !wrench.linear.iter().chain(&wrench.angular).all(|v| v.is_finite()) {
+            return Err(PluginError::Physics(format!("the impulse from `{}` is not finite", view.partner)));
+        }
+        let one = Given { linear: wrench.linear.into(), angular: wrench.angular.into(), spread: input.spread };
+        if given[at].replace(one).is_some() {
+            return Err(refused(&format!("two impulses from one partner (`{}`)", view.partner)));
+        }
+    }
+    Ok(given)
+}
+
+/// The term that binds a substep.
+pub(crate) fn bound_by(body: &str, rate: f64) -> String {
+    format!("rotation of `{body}`: {ANGLE_PER_SUBSTEP} rad at {rate:.4} rad/s")
+}
+
+/// Whole substeps, or nothing where the number means that the state blew up.
+pub(crate) fn counted(rate: f64, length: f64) -> Option<u64> {
+    let n = substeps(rate, length);
+    (n <= MOST_SUBSTEPS).then_some(n as u64)
+}
+
+/// Substeps of a step beyond which a body is not spinning but blowing up: 200 000 rad in one window.
+const MOST_SUBSTEPS: f64 = 1e7;
