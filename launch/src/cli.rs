@@ -1,0 +1,201 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Exit codes as the help lists them.
+pub(crate) const EXIT_CODES: &str = "\
+Exit codes:
+    0  everything went as asked
+    2  the command line makes no sense
+    3  the scene, or a file named by it or by the command line, cannot be used
+    4  the physics left the range in which a result means anything
+    5  a solver process died or fell silent, or the bus failed
+    6  this machine lacks something: a plugin, a permission, space
+    7  the run ended, but a verdict says that its result is not to be trusted
+  130  stopped by the user";
+
+const EXAMPLES: &str = "\
+Examples:
+  cosplat                                       run the default scene
+  cosplat run two-tops                          run another built-in scene
+  cosplat check my-scene.toml                   say what a run would do, without running
+  cosplat run my-scene.toml --set clock.window=0.005
+  cosplat plugins                               list the solvers found on this machine";
+
+const RUN_EXAMPLES: &str = "\
+Examples:
+  cosplat run                                   the default scene, into `out/oscillator`
+  cosplat run scene.toml --out /tmp/a --quiet   nothing on the terminal but errors
+  cosplat run oscillator --set clock.window=0.005 --set clock.duration=2
+  cosplat run oscillator --solver left=my-solver
+  cosplat run oscillator --format json | jq .state_hash";
+
+const CHECK_EXAMPLES: &str = "\
+Examples:
+  cosplat check my-scene.toml
+  cosplat check oscillator --set clock.window=0.5
+  cosplat check my-scene.toml --format json | jq .window_s";
+
+const SOLVER_EXAMPLES: &str = "\
+Examples:
+  cosplat solver oscillator --describe | jq .materials
+  cosplat solver rigid-lite < ticket.json       what `cosplat run` does for each process";
+
+/// Makes captured 3D Gaussian Splatting scenes physically interact.
+///
+/// One command checks a scene, starts one process per solver, lets them advance in lock-step and leaves a folder with
+/// the result and its error budgets. Without a command it runs the default scene.
+#[derive(Debug, Parser)]
+#[command(name = "cosplat", version, max_term_width = 100, after_help = EXAMPLES)]
+#[command(after_long_help = long_after_help())]
+pub(crate) struct Cli {
+    /// What to do; without it the default scene is run.
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+}
+
+fn long_after_help() -> String {
+    format!("{EXAMPLES}\n\n{EXIT_CODES}")
+}
+
+/// Commands.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Run a scene
+    Run(RunArgs),
+    /// Say what a run of a scene would do, without running it
+    Check(CheckArgs),
+    /// List the solver plugins found on this machine
+    Plugins(PluginsArgs),
+    /// Be a solver process of a run
+    ///
+    /// `cosplat run` starts itself like this, once per process. The ticket that lets it join the run is read from
+    /// standard input as one line; when standard input closes, it ends.
+    #[command(hide = true, after_help = SOLVER_EXAMPLES)]
+    Solver(SolverArgs),
+}
+
+/// Which scene, and what to change in it.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct SceneArgs {
+    /// Change a value of the scene, as `clock.window=0.005`; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_override)]
+    pub(crate) set: Vec<String>,
+    /// Use another plugin for a body, a solver process, or all bodies of a material
+    #[arg(long = "solver", value_name = "KIND_OR_BODY=PLUGIN", value_parser = parse_pair)]
+    pub(crate) solver: Vec<(String, String)>,
+    /// Threads for the solvers of one level; never changes a result
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+}
+
+/// `cosplat run`.
+#[derive(Clone, Debug, Default, Args)]
+#[command(after_help = RUN_EXAMPLES)]
+pub(crate) struct RunArgs {
+    /// Scene file, or name of a built-in scene [default: oscillator]
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: Option<String>,
+    #[command(flatten)]
+    pub(crate) changes: SceneArgs,
+    /// Run folder [default: out/NAME-OF-SCENE]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Form of the summary on standard output
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
+    /// Say nothing but errors; `--format json` still prints its summary
+    #[arg(long, short)]
+    pub(crate) quiet: bool,
+}
+
+/// `cosplat check`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = CHECK_EXAMPLES)]
+pub(crate) struct CheckArgs {
+    /// Scene file, or name of a built-in scene
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: String,
+    #[command(flatten)]
+    pub(crate) changes: SceneArgs,
+    /// Form of the answer on standard output
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
+}
+
+/// `cosplat plugins`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct PluginsArgs {
+    /// Form of the list on standard output
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
+}
+
+/// `cosplat solver`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct SolverArgs {
+    /// Built-in plugin
+    #[arg(value_name = "NAME")]
+    pub(crate) name: String,
+    /// Print what the plugin is and can do, as JSON, and end
+    #[arg(long)]
+    pub(crate) describe: bool,
+}
+
+/// Form of what goes to standard output.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// For people.
+    #[default]
+    Human,
+    /// For programs.
+    Json,
+}
+
+/// Checks the shape of an override; what it means is the scene reader's business.
+fn parse_override(text: &str) -> Result<String, String> {
+    parse_pair(text).map(|(key, value)| format!("{key}={value}"))
+}
+
+/// Splits `key=value` at the first `=`.
+fn parse_pair(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.trim().is_empty() && !value.trim().is_empty() => {
+            Ok((key.trim().to_owned(), value.trim().to_owned()))
+        }
+        _ => Err("expected a name, `=` and a value, as in `clock.window=0.005`".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn without_arguments_the_default_scene_is_meant() {
+        assert!(Cli::try_parse_from(["cosplat"]).is_ok_and(|c| c.command.is_none()));
+    }
+
+    #[test]
+    fn overrides_are_split_at_the_first_equals_sign() {
+        assert_eq!(parse_pair("a.b = c=d"), Ok(("a.b".into(), "c=d".into())));
+        assert!(parse_pair("a").is_err());
+        assert!(parse_pair("=3").is_err());
+        assert!(parse_pair("a=").is_err());
+    }
+
+    #[test]
+    fn the_short_help_does_not_show_what_people_do_not_call() {
+        let help = Cli::command().render_help().to_string();
+        assert!(!help.contains("solver NAME") && !help.contains("Be a solver"), "{help}");
+        assert!(help.contains("Examples:"), "{help}");
+    }
+}

@@ -1,0 +1,179 @@
+//! `cosplat check`: everything up to the plan, without running.
+
+use cosplat_core::plan::{InterfaceKind, source_kind};
+use cosplat_core::scene::Scheme;
+use serde::Serialize;
+
+use crate::cli::{CheckArgs, Format};
+use crate::exit::{Code, Error, Problem};
+use crate::folder::summary::LeftOut;
+use crate::hint::count;
+use crate::prepare::{Prepared, prepare};
+use crate::render::{Paint, print, printable, table};
+use crate::report::left_out_line;
+use crate::supervise::signals::Signals;
+
+/// What a run of the scene would do.
+#[derive(Debug, Serialize)]
+struct Check {
+    status: &'static str,
+    scene: String,
+    title: String,
+    simulated_s: f64,
+    windows: u64,
+    window_s: f64,
+    window_bound_by: String,
+    processes: Vec<Process>,
+    bodies: Vec<Body>,
+    interfaces: Vec<Interface>,
+    left_out: Vec<LeftOut>,
+    warnings: Vec<Problem>,
+}
+
+#[derive(Debug, Serialize)]
+struct Process {
+    name: String,
+    plugin: String,
+    version: String,
+    found: String,
+    threads: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct Body {
+    name: String,
+    process: String,
+    material: &'static str,
+    source: &'static str,
+    /// As given; absent where density and shape decide.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mass_kg: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct Interface {
+    name: String,
+    kind: InterfaceKind,
+    scheme: Scheme,
+    a: String,
+    b: String,
+    /// Process that computes the force, where one does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    resolver: Option<String>,
+}
+
+/// Checks a scene and says what a run would do.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub(crate) async fn check(args: &CheckArgs, signals: &mut Signals) -> Result<Code, Error> {
+    let prepared = tokio::select! {
+        prepared = prepare(&args.scene, &args.changes, Paint::stderr()) => prepared?,
+        _ = signals.next() => return Ok(Code::Interrupted),
+    };
+    for warning in &prepared.warnings {
+        eprintln!("{}", warning.drawn.as_deref().unwrap_or(&warning.message));
+    }
+    let check = Check::of(&prepared);
+    match args.format {
+        Format::Json => print(&format!("{:#}\n", serde_json::json!(check)))?,
+        Format::Human => print(&check.human(Paint::stdout()))?,
+    }
+    Ok(Code::Ok)
+}
+
+impl Check {
+    fn of(prepared: &Prepared) -> Self {
+        let Prepared { scene, plan, plugins, warnings, .. } = prepared;
+        let process = |p: &cosplat_core::plan::Participant| {
+            let (candidate, descriptor) = plugins.get(&p.plugin)?;
+            Some(Process {
+                name: p.name.clone(),
+                plugin: p.plugin.clone(),
+                version: descriptor.version.clone(),
+                found: candidate.place(),
+                threads: p.threads,
+            })
+        };
+        let body = |b: &cosplat_core::scene::Body| Body {
+            name: b.name.clone(),
+            process: b.solver.clone(),
+            material: b.material.name(),
+            source: source_kind(&b.source),
+            mass_kg: b.mass_kg,
+        };
+        let interface = |i: &cosplat_core::plan::Interface| Interface {
+            name: i.name.clone(),
+            kind: i.kind,
+            scheme: i.scheme,
+            a: i.a.body.clone(),
+            b: i.b.body.clone(),
+            resolver: i.carries_impulses().then(|| plan.name_of(i.a.participant).to_owned()),
+        };
+        Self {
+            status: "ok",
+            scene: scene.name.clone(),
+            title: scene.title.clone(),
+            simulated_s: plan.clock.seconds(plan.clock.start_of(plan.clock.windows)),
+            windows: plan.clock.windows,
+            window_s: plan.clock.window_s(),
+            window_bound_by: plan.window_bound_by.clone(),
+            processes: plan.participants.iter().filter_map(process).collect(),
+            bodies: scene.bodies.iter().map(body).collect(),
+            interfaces: plan.interfaces.iter().map(interface).collect(),
+            left_out: plan.left_out.iter().map(LeftOut::from).collect(),
+            warnings: warnings.clone(),
+        }
+    }
+
+    fn human(&self, paint: Paint) -> String {
+        let windows = usize::try_from(self.windows).unwrap_or(usize::MAX);
+        let mut parts = vec![format!(
+            "{}: {}\n\n{} of {:.6} s for {} s, bound by {}\n",
+            paint.bold(&self.scene),
+            printable(&self.title),
+            count(windows, "window", "windows"),
+            self.window_s,
+            self.simulated_s,
+            self.window_bound_by
+        )];
+        let head = |cells: [&str; 5]| cells.map(str::to_owned).to_vec();
+        let mut rows = vec![head(["process", "plugin", "version", "threads", "found"])];
+        for p in &self.processes {
+            rows.push(vec![
+                p.name.clone(),
+                p.plugin.clone(),
+                p.version.clone(),
+                p.threads.to_string(),
+                p.found.clone(),
+            ]);
+        }
+        parts.push(table(paint, &rows));
+        let mut rows = vec![head(["body", "process", "material", "from", "mass"])];
+        for b in &self.bodies {
+            let mass = b.mass_kg.map_or_else(|| "by density".into(), |m| format!("{m} kg"));
+            rows.push(vec![b.name.clone(), b.process.clone(), b.material.into(), b.source.into(), mass]);
+        }
+        parts.push(table(paint, &rows));
+        if self.interfaces.is_empty() {
+            parts.push("no interfaces: no two processes exchange anything\n".into());
+        } else {
+            let mut rows = vec![head(["interface", "kind", "scheme", "resolver", ""])];
+            for i in &self.interfaces {
+                let resolver = i.resolver.clone().unwrap_or_else(|| "both sides".into());
+                rows.push(vec![i.name.clone(), word(i.kind), word(i.scheme), resolver, String::new()]);
+            }
+            parts.push(table(paint, &rows));
+        }
+        if !self.left_out.is_empty() {
+            let lines = self.left_out.iter().map(|l| format!("  {}\n", left_out_line(l)));
+            parts.push(["left out:\n".to_owned()].into_iter().chain(lines).collect());
+        }
+        parts.join("\n")
+    }
+}
+
+/// A choice as a scene writes it.
+fn word(value: impl Serialize) -> String {
+    serde_json::to_value(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
+}

@@ -1,0 +1,241 @@
+//! `cosplat run`: checks a scene, runs it, and leaves a run folder.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant, SystemTime};
+
+use cosplat_bus::CoordinatorEvent;
+use cosplat_core::coordinator::{Limits, Outcome};
+use cosplat_core::plan::Interface;
+use cosplat_core::scene::Scene;
+
+use super::failure;
+use crate::cli::{Format, RunArgs};
+use crate::exit::{Code, Error};
+use crate::folder::record::{self, Facts};
+use crate::folder::recorder::Recorder;
+use crate::folder::summary::{Status, Summary};
+use crate::folder::{RUN, RunFolder, SUMMARY};
+use crate::hint::count;
+use crate::prepare::{Prepared, prepare};
+use crate::progress::Progress;
+use crate::render::{self, Paint, print};
+use crate::report;
+use crate::scene_source::DEFAULT;
+use crate::supervise::signals::Signals;
+use crate::supervise::usage::Usage;
+use crate::supervise::{self, Ended, Job, News};
+
+/// Runs a scene.
+///
+/// # Errors
+/// The scene cannot run, or the run folder cannot be used. A run that has begun and fails is reported here, with its
+/// summary, and gives the exit code of its failure.
+pub(crate) async fn run(args: &RunArgs, signals: &mut Signals) -> Result<Code, Error> {
+    let wanted = args.scene.as_deref().unwrap_or(DEFAULT);
+    let prepared = tokio::select! {
+        prepared = prepare(wanted, &args.changes, Paint::stderr()) => prepared?,
+        _ = signals.next() => return Ok(Code::Interrupted),
+    };
+    let mut progress = Progress::new(prepared.plan.clock.windows, seconds(&prepared), args.quiet);
+    introduce(&prepared, &progress, args.quiet);
+    let path = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(&prepared.scene.name));
+    let folder = RunFolder::claim(&path)?;
+    let mut session = Session::begin(args, &prepared, &folder)?;
+    let job = Job {
+        plan: &prepared.plan,
+        scenes: prepared.scenes.clone(),
+        commands: prepared.commands(),
+        limits: limits(&prepared.scene),
+        folder: &folder,
+    };
+    let ended = supervise::run(job, signals, &mut |news| session.hear(news, &mut progress)).await;
+    progress.finish();
+    let (summary, error) = session.end(ended)?;
+    folder.put(SUMMARY, (serde_json::to_string_pretty(&summary).unwrap_or_default() + "\n").as_bytes())?;
+    if let Some(error) = &error {
+        eprint!("{}", render::error(Paint::stderr(), error));
+    }
+    match args.format {
+        Format::Json => print(&format!("{:#}\n", serde_json::json!(summary)))?,
+        Format::Human if args.quiet => {}
+        Format::Human => print(&report::human(&summary, folder.path(), Paint::stdout()))?,
+    }
+    Ok(match (summary.status, error) {
+        (Status::Ok, _) => Code::Ok,
+        (Status::VerdictFailed, _) => Code::Verdict,
+        (Status::Interrupted, _) => Code::Interrupted,
+        (Status::Failed, error) => error.map_or(Code::Process, |e| e.code),
+    })
+}
+
+/// Simulated time of all windows \[s\].
+fn seconds(prepared: &Prepared) -> f64 {
+    let clock = prepared.plan.clock;
+    clock.seconds(clock.start_of(clock.windows))
+}
+
+fn limits(scene: &Scene) -> Limits {
+    let mut limits = Limits::default();
+    // What is no duration keeps the default; the scene reader lets only positive numbers through.
+    limits.silence = Duration::try_from_secs_f64(scene.run.silence_limit_s).unwrap_or(limits.silence);
+    limits
+}
+
+/// Says what is about to run.
+fn introduce(prepared: &Prepared, progress: &Progress, is_quiet: bool) {
+    let Prepared { scene, plan, warnings, .. } = prepared;
+    if !is_quiet {
+        for warning in warnings {
+            eprintln!("{}\n", warning.drawn.as_deref().unwrap_or(&warning.message));
+        }
+    }
+    progress.say("scene", &format!("{}: {}", scene.name, scene.title));
+    let windows = usize::try_from(plan.clock.windows).unwrap_or(usize::MAX);
+    let text = format!(
+        "{}, {}, {} of {} s, bound by {}",
+        count(plan.participants.len(), "process", "processes"),
+        count(plan.interfaces.len(), "interface", "interfaces"),
+        count(windows, "window", "windows"),
+        plan.clock.window_s(),
+        plan.window_bound_by
+    );
+    progress.say("plan", &text);
+    if plan.break_with.is_some() && !plan.interfaces.iter().any(Interface::carries_impulses) {
+        progress.warn("`run.break` does nothing here: no impulses cross between processes");
+    }
+}
+
+/// A run that has begun: what is written while it goes on, and what is known about it at its end.
+struct Session<'a> {
+    prepared: &'a Prepared,
+    folder: &'a RunFolder,
+    recorder: Recorder<'a>,
+    facts: Facts<'a>,
+    solvers: Vec<String>,
+    started: Instant,
+    /// Wall time from the start of the first process to the last settled window \[s\].
+    wall_s: f64,
+}
+
+impl<'a> Session<'a> {
+    fn begin(args: &'a RunArgs, prepared: &'a Prepared, folder: &'a RunFolder) -> Result<Self, Error> {
+        let facts = Facts {
+            name: &prepared.scene.name,
+            file: prepared.source.file.as_deref(),
+            text: &prepared.source.text,
+            overrides: &args.changes.set,
+            threads: prepared.scene.run.threads,
+            started: SystemTime::now(),
+        };
+        let solvers = args.changes.solver.iter().map(|(key, plugin)| format!("{key}={plugin}")).collect();
+        let recorder = Recorder::create(folder, &prepared.plan, &prepared.scene, prepared.forms())?;
+        let session = Self { prepared, folder, recorder, facts, solvers, started: Instant::now(), wall_s: 0.0 };
+        session.write_record()?;
+        Ok(session)
+    }
+
+    /// Writes the record with what is known by now about what was left out.
+    fn write_record(&self) -> Result<(), Error> {
+        let Self { prepared, recorder, facts, solvers, .. } = self;
+        let text = record::text(facts, solvers, &prepared.plan, prepared.plugin_records(), &recorder.left_out())?;
+        self.folder.put(RUN, text.as_bytes())
+    }
+
+    fn hear(&mut self, news: News, progress: &mut Progress) -> Result<(), Error> {
+        match news {
+            News::Spawned(who, pid) => {
+                let plan = &self.prepared.plan;
+                let plugin = plan.participants.get(usize::from(who)).map_or("?", |p| p.plugin.as_str());
+                progress.say("start", &format!("{} ({plugin}), process {pid}", plan.name_of(who)));
+            }
+            News::Stopping(asked) => {
+                progress.warn(&format!("{asked}: the run ends at the edge of a window; once more ends it at once"));
+            }
+            News::Tick => progress.tick(),
+            News::Bus(event) => match event {
+                CoordinatorEvent::Ready(who, info) => self.recorder.ready(who, *info),
+                CoordinatorEvent::Started => {
+                    progress.started();
+                    self.recorder.started()?;
+                    self.write_record()?;
+                }
+                CoordinatorEvent::Settled(record, done) => {
+                    self.recorder.settled(&record, &done)?;
+                    self.wall_s = self.started.elapsed().as_secs_f64();
+                    progress.settled(record.window + 1, record.end_s);
+                }
+                CoordinatorEvent::Notice(text) => progress.warn(&text),
+                CoordinatorEvent::Ended(_) => {}
+            },
+        }
+        Ok(())
+    }
+
+    /// Closes the files and judges the run.
+    fn end(mut self, ended: Result<Ended, Error>) -> Result<(Summary, Option<Error>), Error> {
+        self.recorder.finish()?;
+        let (outcome, usage, error) = match ended {
+            Err(error) => (None, Vec::new(), Some(error)),
+            Ok(Ended { outcome, usage, last_words }) => {
+                let error = match &outcome {
+                    Some(Outcome::Failed(f)) => {
+                        Some(failure::explain(f, &self.prepared.plan, self.folder, &last_words))
+                    }
+                    _ => None,
+                };
+                (outcome, usage, error)
+            }
+        };
+        let verdicts = self.recorder.tally.verdicts();
+        let status = match (&error, outcome) {
+            (Some(_), _) => Status::Failed,
+            (None, Some(Outcome::Finished)) if verdicts.iter().all(|v| v.passed) => Status::Ok,
+            (None, Some(Outcome::Finished)) => Status::VerdictFailed,
+            (None, _) => Status::Interrupted,
+        };
+        let mut summary = self.summary(status, usage);
+        summary.verdicts = verdicts;
+        if let Some(error) = &error {
+            summary.exit_code = error.code as u8;
+            summary.failure = error.problems.first().map(|p| p.message.clone());
+        }
+        Ok((summary, error))
+    }
+
+    fn summary(self, status: Status, usage: Vec<Usage>) -> Summary {
+        let plan = &self.prepared.plan;
+        let left_out = self.recorder.left_out();
+        let files = self.recorder.files();
+        let tally = self.recorder.tally;
+        let mut processes = tally.processes;
+        for (process, usage) in processes.iter_mut().zip(usage) {
+            process.cpu_s = usage.cpu_s;
+            process.peak_rss_mib = usage.peak_rss_mib;
+        }
+        Summary {
+            status,
+            exit_code: match status {
+                Status::Ok => Code::Ok,
+                Status::VerdictFailed => Code::Verdict,
+                Status::Interrupted => Code::Interrupted,
+                Status::Failed => Code::Process,
+            } as u8,
+            failure: None,
+            scene: self.prepared.scene.name.clone(),
+            windows: tally.windows,
+            window_s: plan.clock.window_s(),
+            window_bound_by: plan.window_bound_by.clone(),
+            simulated_s: tally.simulated_s,
+            wall_s: self.wall_s,
+            state_hash: tally.state_hash.map(|h| format!("{h:032x}")),
+            verdicts: Vec::new(),
+            processes,
+            bodies: tally.bodies,
+            interfaces: tally.interfaces,
+            energy: tally.energy,
+            counters: tally.counters,
+            left_out: left_out.iter().map(Into::into).collect(),
+            files,
+        }
+    }
+}

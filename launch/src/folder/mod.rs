@@ -1,0 +1,189 @@
+//! The run folder: everything a run leaves behind, readable after a kill at any moment.
+//!
+//! Tables grow by whole lines that are handed to the system at every window. Files that only make sense as a whole
+//! (`run.toml`, `summary.json`) are written beside their place and renamed into it.
+
+pub(crate) mod ledger;
+pub(crate) mod probes;
+pub(crate) mod record;
+pub(crate) mod recorder;
+pub(crate) mod summary;
+pub(crate) mod tally;
+pub(crate) mod trace;
+
+use std::fs::{self, File};
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use rustix::fs::{FlockOperation, flock};
+
+use crate::exit::{Code, Error, Problem};
+
+/// The scene as run, versions, plan. Its presence says that a folder was made by this program.
+pub(crate) const RUN: &str = "run.toml";
+/// One row per window, solver and interface.
+pub(crate) const LEDGER: &str = "ledger.csv";
+/// One row per window, one column per component of a probe.
+pub(crate) const PROBES: &str = "probes.csv";
+/// Where the time went, for Perfetto.
+pub(crate) const TRACE: &str = "trace.json";
+/// Outcome and budgets.
+pub(crate) const SUMMARY: &str = "summary.json";
+/// What each process wrote to standard error.
+pub(crate) const LOGS: &str = "logs";
+
+/// First line of a [`RUN`] file.
+pub(crate) const MARK: &str = "# Record of a Cosplat run.";
+
+/// A folder that this run alone writes to.
+#[derive(Debug)]
+pub(crate) struct RunFolder {
+    path: PathBuf,
+    /// Holds the lock; released when the run ends, however it ends.
+    _lock: File,
+}
+
+impl RunFolder {
+    /// Takes a folder for a run: a new one, an empty one, or one of an earlier run, whose files are removed.
+    ///
+    /// # Errors
+    /// The folder holds something else, another run is writing to it, or it cannot be written.
+    pub(crate) fn claim(path: &Path) -> Result<Self, Error> {
+        if path.exists() && !path.is_dir() {
+            let problem = Problem::new(format!("`{}` is a file, not a folder", path.display())).at(path);
+            return Err(Error::new(Code::Scene, problem.hint("choose another run folder with `--out DIR`")));
+        }
+        fs::create_dir_all(path).map_err(|e| Error::io("create the run folder", path, &e))?;
+        let lock = File::open(path).map_err(|e| Error::io("open the run folder", path, &e))?;
+        if flock(&lock, FlockOperation::NonBlockingLockExclusive).is_err() {
+            let problem = Problem::new(format!("Another run is writing to `{}`", path.display())).at(path);
+            return Err(Error::new(
+                Code::Scene,
+                problem.hint("wait for it, or choose another folder with `--out DIR`"),
+            ));
+        }
+        let is_empty = fs::read_dir(path).map_err(|e| Error::io("read the run folder", path, &e))?.next().is_none();
+        if !is_empty {
+            if !is_of_a_run(path) {
+                let problem = Problem::new(format!("`{}` is not empty and holds no run", path.display()))
+                    .at(path)
+                    .because(format!("a run replaces only folders with a `{RUN}` written by a run"));
+                let hint = "choose a new or empty folder with `--out DIR`, or remove that one yourself";
+                return Err(Error::new(Code::Scene, problem.hint(hint)));
+            }
+            remove_old(path).map_err(|e| Error::io("replace the earlier run in", path, &e))?;
+        }
+        let logs = path.join(LOGS);
+        fs::create_dir_all(&logs).map_err(|e| Error::io("create", &logs, &e))?;
+        Ok(Self { path: path.to_owned(), _lock: lock })
+    }
+
+    /// Where it is.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Place of a file in it.
+    pub(crate) fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Name, below the folder, of the log of a process.
+    pub(crate) fn log_name(process: &str) -> String {
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+        let safe: String = process.chars().map(|c| if is_plain(c) { c } else { '_' }).collect();
+        format!("{LOGS}/{safe}.txt")
+    }
+
+    /// Puts a whole file in place: readers see the old one or the new one, never a part.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(crate) fn put(&self, name: &str, content: &[u8]) -> Result<(), Error> {
+        let path = self.file(name);
+        let write = || -> io::Result<()> {
+            let mut file = tempfile::Builder::new().prefix(".part-").tempfile_in(&self.path)?;
+            file.write_all(content)?;
+            file.as_file().sync_data()?;
+            let mut permissions = file.as_file().metadata()?.permissions();
+            std::os::unix::fs::PermissionsExt::set_mode(&mut permissions, 0o644);
+            file.as_file().set_permissions(permissions)?;
+            file.persist(&path)?;
+            Ok(())
+        };
+        write().map_err(|e| Error::io("write", &path, &e))
+    }
+}
+
+/// Whether the folder was made by a run: it holds a [`RUN`] file that begins with [`MARK`].
+fn is_of_a_run(path: &Path) -> bool {
+    fs::read_to_string(path.join(RUN)).is_ok_and(|text| text.starts_with(MARK))
+}
+
+/// Removes what an earlier run wrote and nothing else. The record goes last, so that a kill leaves a run folder.
+fn remove_old(path: &Path) -> io::Result<()> {
+    let absent_is_fine = |result: io::Result<()>| match result {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
+        other => other,
+    };
+    absent_is_fine(fs::remove_dir_all(path.join(LOGS)))?;
+    for entry in fs::read_dir(path)? {
+        let entry = entry?;
+        if entry.file_name().to_string_lossy().starts_with(".part-") {
+            absent_is_fine(fs::remove_file(entry.path()))?;
+        }
+    }
+    for name in [SUMMARY, LEDGER, PROBES, TRACE, RUN] {
+        absent_is_fine(fs::remove_file(path.join(name)))?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_of_something_else_is_refused_and_left_alone() {
+        let place = tempfile::tempdir().unwrap();
+        fs::write(place.path().join("thesis.txt"), "years of work").unwrap();
+        let error = RunFolder::claim(place.path()).unwrap_err();
+        assert_eq!(error.code, Code::Scene);
+        assert!(error.problems[0].hint.is_some());
+        assert!(place.path().join("thesis.txt").exists());
+        assert!(!place.path().join(LOGS).exists());
+    }
+
+    #[test]
+    fn a_file_of_the_same_name_by_somebody_else_does_not_make_it_ours() {
+        let place = tempfile::tempdir().unwrap();
+        fs::write(place.path().join(RUN), "[run]\n").unwrap();
+        assert!(RunFolder::claim(place.path()).is_err());
+    }
+
+    #[test]
+    fn an_earlier_run_is_replaced_but_notes_beside_it_stay() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = RunFolder::claim(place.path()).unwrap();
+        folder.put(RUN, MARK.as_bytes()).unwrap();
+        folder.put(SUMMARY, b"{}").unwrap();
+        fs::write(folder.file("notes.txt"), "mine").unwrap();
+        drop(folder);
+        let folder = RunFolder::claim(place.path()).unwrap();
+        assert!(!folder.file(SUMMARY).exists() && !folder.file(RUN).exists());
+        assert!(folder.file("notes.txt").exists());
+    }
+
+    #[test]
+    fn two_runs_cannot_share_a_folder() {
+        let place = tempfile::tempdir().unwrap();
+        let _first = RunFolder::claim(place.path()).unwrap();
+        let error = RunFolder::claim(place.path()).unwrap_err();
+        assert!(error.problems[0].message.starts_with("Another run"), "{error:?}");
+    }
+
+    #[test]
+    fn names_of_logs_stay_inside_the_folder() {
+        assert_eq!(RunFolder::log_name("../left"), "logs/___left.txt");
+    }
+}

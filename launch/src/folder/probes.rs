@@ -1,0 +1,165 @@
+//! `probes.csv`: what the scene asked to be measured, one row per window, the state at t = 0 first.
+//!
+//! Columns are `<probe>.x`, `<probe>.y`, `<probe>.z` (and `.w` for orientations). Values come from the body states that
+//! each solver reports with a finished window.
+
+use std::fs::File;
+use std::io;
+use std::path::Path;
+
+use cosplat_core::control::Done;
+use cosplat_core::ledger::WindowRecord;
+use cosplat_core::plan::{LeftOut, Plan};
+use cosplat_core::plugin::{BodyState, Report};
+use cosplat_core::scene::{Probe, ProbeQuantity};
+
+use super::ledger::number;
+
+/// A probe and where its value is found.
+#[derive(Debug)]
+struct Source {
+    quantity: ProbeQuantity,
+    participant: usize,
+    body: usize,
+}
+
+/// Writes the table.
+#[derive(Debug)]
+pub(crate) struct Probes {
+    out: csv::Writer<File>,
+    sources: Vec<Source>,
+}
+
+impl Probes {
+    /// Begins the table; `None` when the scene has no probe that can be answered, then no file is made.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(crate) fn create(path: &Path, plan: &Plan, probes: &[Probe]) -> io::Result<Option<Self>> {
+        let mut header = vec!["time_s".to_owned()];
+        let mut sources = Vec::new();
+        for probe in probes {
+            let Some(source) = source(plan, probe) else { continue };
+            header.extend(axes(source.quantity).iter().map(|axis| format!("{}.{axis}", probe.name)));
+            sources.push(source);
+        }
+        if sources.is_empty() {
+            return Ok(None);
+        }
+        let mut out = csv::WriterBuilder::new().buffer_capacity(1 << 16).from_writer(File::create(path)?);
+        out.write_record(&header)?;
+        out.flush()?;
+        Ok(Some(Self { out, sources }))
+    }
+
+    /// Writes the state at t = 0.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(crate) fn started(&mut self, reports: &[Report]) -> io::Result<()> {
+        self.write(0.0, |participant| reports.get(participant))
+    }
+
+    /// Writes the state at the end of a window.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(crate) fn settled(&mut self, record: &WindowRecord, done: &[Done]) -> io::Result<()> {
+        self.write(record.end_s, |participant| done.get(participant).map(|d| &d.report))
+    }
+
+    fn write<'a>(&mut self, time_s: f64, report: impl Fn(usize) -> Option<&'a Report>) -> io::Result<()> {
+        let mut row = vec![number(time_s)];
+        for source in &self.sources {
+            let state = report(source.participant).and_then(|r| r.bodies.get(source.body));
+            match state {
+                Some(state) => row.extend(values(source.quantity, state).into_iter().map(number)),
+                None => row.extend(axes(source.quantity).iter().map(|_| String::new())),
+            }
+        }
+        self.out.write_record(&row)?;
+        self.out.flush()
+    }
+}
+
+/// Probes that no body state answers, for the list of what was left out.
+pub(crate) fn unanswered(plan: &Plan, probes: &[Probe]) -> Vec<LeftOut> {
+    let missing = probes.iter().filter(|p| source(plan, p).is_none());
+    missing
+        .map(|probe| LeftOut {
+            what: format!("probe `{}`", probe.name),
+            why: format!("no state of a body answers `{}`", quantity_name(probe.quantity)),
+            indicator: None,
+            limit: None,
+            saved: "not measured".into(),
+        })
+        .collect()
+}
+
+/// A quantity as a scene writes it.
+fn quantity_name(quantity: ProbeQuantity) -> String {
+    serde_json::to_value(quantity).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
+}
+
+fn source(plan: &Plan, probe: &Probe) -> Option<Source> {
+    if axes(probe.quantity).is_empty() {
+        return None;
+    }
+    let body = probe.body.as_deref()?;
+    plan.participants.iter().enumerate().find_map(|(participant, p)| {
+        let body = p.bodies.iter().position(|b| b == body)?;
+        Some(Source { quantity: probe.quantity, participant, body })
+    })
+}
+
+/// Components of a quantity; none for those that a body state does not hold.
+fn axes(quantity: ProbeQuantity) -> &'static [&'static str] {
+    match quantity {
+        ProbeQuantity::Position | ProbeQuantity::Velocity | ProbeQuantity::Momentum => &["x", "y", "z"],
+        ProbeQuantity::Orientation => &["x", "y", "z", "w"],
+        _ => &[],
+    }
+}
+
+fn values(quantity: ProbeQuantity, state: &BodyState) -> Vec<f64> {
+    match quantity {
+        ProbeQuantity::Position => state.position_m.to_vec(),
+        ProbeQuantity::Velocity => state.linear_velocity_m_s.to_vec(),
+        ProbeQuantity::Momentum => state.momentum.linear.to_vec(),
+        ProbeQuantity::Orientation => state.orientation.to_vec(),
+        _ => Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::folder::tally::tests::{done, plan, record};
+
+    fn probe(name: &str, quantity: ProbeQuantity, body: &str) -> Probe {
+        Probe { name: name.into(), quantity, body: Some(body.into()), at_m: None }
+    }
+
+    #[test]
+    fn the_first_row_is_the_state_at_zero() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("probes.csv");
+        let probes = [probe("where", ProbeQuantity::Position, "b"), probe("how", ProbeQuantity::Orientation, "a")];
+        let mut table = Probes::create(&path, &plan(2), &probes).unwrap().unwrap();
+        table.started(&[done(0).report, done(0).report]).unwrap();
+        table.settled(&record(0), &[done(0), done(7)]).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0], "time_s,where.x,where.y,where.z,how.x,how.y,how.z,how.w");
+        assert!(lines[1].starts_with("0,0,") && lines[2].starts_with("0.01,7,"), "{text}");
+    }
+
+    #[test]
+    fn what_nothing_answers_is_named() {
+        let probes = [probe("p", ProbeQuantity::Pressure, "a")];
+        let place = tempfile::tempdir().unwrap();
+        assert!(Probes::create(&place.path().join("x"), &plan(2), &probes).unwrap().is_none());
+        assert!(!place.path().join("x").exists());
+        assert_eq!(unanswered(&plan(2), &probes)[0].what, "probe `p`");
+    }
+}

@@ -1,0 +1,144 @@
+//! Writes the run folder while a run goes on.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::Path;
+
+use cosplat_core::control::{Done, ReadyInfo};
+use cosplat_core::ledger::WindowRecord;
+use cosplat_core::plan::{BoundaryForm, LeftOut, ParticipantId, Plan};
+use cosplat_core::scene::Scene;
+
+use super::ledger::Ledger;
+use super::probes::{self, Probes};
+use super::tally::Tally;
+use super::trace::Trace;
+use super::{LEDGER, PROBES, RUN, RunFolder, SUMMARY, TRACE};
+use crate::exit::Error;
+
+/// Every file that grows with the run, and the sums for its summary.
+#[derive(Debug)]
+pub(crate) struct Recorder<'a> {
+    folder: &'a RunFolder,
+    plan: &'a Plan,
+    scene: &'a Scene,
+    ledger: Ledger,
+    probes: Option<Probes>,
+    trace: Option<Trace>,
+    ready: Vec<Option<ReadyInfo>>,
+    /// Sums for the summary.
+    pub(crate) tally: Tally,
+}
+
+impl<'a> Recorder<'a> {
+    /// Opens the files that the scene asks for.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub(crate) fn create(
+        folder: &'a RunFolder,
+        plan: &'a Plan,
+        scene: &'a Scene,
+        forms: Vec<BoundaryForm>,
+    ) -> Result<Self, Error> {
+        let ledger = Ledger::create(&folder.file(LEDGER), plan, scene.output.ledger_every);
+        let probes = Probes::create(&folder.file(PROBES), plan, &scene.probes);
+        let trace = scene.output.trace.then(|| Trace::create(&folder.file(TRACE), plan)).transpose();
+        Ok(Self {
+            folder,
+            plan,
+            scene,
+            ledger: named(ledger, &folder.file(LEDGER))?,
+            probes: named(probes, &folder.file(PROBES))?,
+            trace: named(trace, &folder.file(TRACE))?,
+            ready: vec![None; plan.participants.len()],
+            tally: Tally::new(plan, forms),
+        })
+    }
+
+    /// A participant has joined.
+    pub(crate) fn ready(&mut self, who: ParticipantId, info: ReadyInfo) {
+        if let Some(place) = self.ready.get_mut(usize::from(who)) {
+            *place = Some(info);
+        }
+    }
+
+    /// The first window begins.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub(crate) fn started(&mut self) -> Result<(), Error> {
+        let ready: Vec<ReadyInfo> = self.ready.iter_mut().map(|r| r.take().unwrap_or_default()).collect();
+        self.tally.started(self.plan, self.scene, &ready);
+        if let Some(probes) = &mut self.probes {
+            let reports: Vec<_> = ready.into_iter().map(|r| r.report).collect();
+            named(probes.started(&reports), &self.folder.file(PROBES))?;
+        }
+        Ok(())
+    }
+
+    /// A window is settled.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub(crate) fn settled(&mut self, record: &WindowRecord, done: &[Done]) -> Result<(), Error> {
+        self.tally.settled(record, done);
+        named(self.ledger.settled(record, done), &self.folder.file(LEDGER))?;
+        if let Some(probes) = &mut self.probes {
+            named(probes.settled(record, done), &self.folder.file(PROBES))?;
+        }
+        if let Some(trace) = &mut self.trace {
+            named(trace.settled(record.window, done), &self.folder.file(TRACE))?;
+        }
+        Ok(())
+    }
+
+    /// No window follows.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub(crate) fn finish(&mut self) -> Result<(), Error> {
+        named(self.ledger.finish(), &self.folder.file(LEDGER))?;
+        if let Some(trace) = &mut self.trace {
+            named(trace.finish(), &self.folder.file(TRACE))?;
+        }
+        Ok(())
+    }
+
+    /// Everything that was left out: by the plan, by the solvers, and here.
+    pub(crate) fn left_out(&self) -> Vec<LeftOut> {
+        let mut all = self.plan.left_out.clone();
+        all.extend(self.tally.left_out.iter().cloned());
+        all.extend(probes::unanswered(self.plan, &self.scene.probes));
+        if self.trace.as_ref().is_some_and(Trace::is_full) {
+            all.push(LeftOut {
+                what: format!("later windows in `{TRACE}`"),
+                why: "the trace has reached its largest size in bytes".into(),
+                indicator: None,
+                limit: Some(super::trace::LIMIT_BYTES as f64),
+                saved: "not measured".into(),
+            });
+        }
+        all
+    }
+
+    /// Files of the run by their part, below the folder.
+    pub(crate) fn files(&self) -> BTreeMap<String, String> {
+        let mut files: BTreeMap<String, String> =
+            [("run", RUN), ("ledger", LEDGER), ("summary", SUMMARY)].map(|(k, v)| (k.into(), v.into())).into();
+        if self.probes.is_some() {
+            files.insert("probes".into(), PROBES.into());
+        }
+        if self.trace.is_some() {
+            files.insert("trace".into(), TRACE.into());
+        }
+        for participant in &self.plan.participants {
+            files.insert(format!("log.{}", participant.name), RunFolder::log_name(&participant.name));
+        }
+        files
+    }
+}
+
+fn named<T>(result: io::Result<T>, path: &Path) -> Result<T, Error> {
+    result.map_err(|e| Error::io("write", path, &e))
+}

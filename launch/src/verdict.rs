@@ -1,0 +1,70 @@
+//! Whether a result is to be trusted: gates on what was measured during the run.
+//!
+//! Impulses that cross must arrive to the last bit, and each solver's momentum, summed over its own state, must be
+//! explained by the impulses that act on it. The second is what turns red when a solver throws impulses away: an echo
+//! of what was sent could not tell.
+
+use cosplat_core::plan::BoundaryForm;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A gate, what was measured, and what that says.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub(crate) struct Verdict {
+    /// What was judged: `transfer-defect`, `closure-window`, `closure-run`.
+    pub(crate) name: String,
+    /// Interface or process in which the value was measured.
+    pub(crate) of: String,
+    /// Measured value.
+    pub(crate) value: f64,
+    /// Largest value that passes.
+    pub(crate) limit: f64,
+    /// Whether it passed.
+    pub(crate) passed: bool,
+}
+
+impl Verdict {
+    /// Judges a value; what is no number does not pass.
+    pub(crate) fn new(name: &str, of: &str, value: f64, limit: f64) -> Self {
+        Self { name: name.into(), of: of.into(), value, limit, passed: value <= limit }
+    }
+}
+
+/// Limits of the closure, relative to the run's largest gross momentum.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ClosureGate {
+    /// In one window.
+    pub(crate) window: f64,
+    /// Over the whole run.
+    pub(crate) run: f64,
+}
+
+impl ClosureGate {
+    /// The gate of a solver by the numbers it computes with, told by the form of its boundary: `max(1e-6, 6e-8 ×
+    /// substeps)` a window and `1e-3` a run in single precision, `1e-12` and `1e-9` in double.
+    pub(crate) fn of(form: BoundaryForm, substeps: u64) -> Self {
+        match form {
+            BoundaryForm::SamplesF32 { .. } => Self { window: (6e-8 * substeps as f64).max(1e-6), run: 1e-3 },
+            BoundaryForm::SamplesF64 { .. } | BoundaryForm::Proxy => Self { window: 1e-12, run: 1e-9 },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_number_does_not_pass() {
+        assert!(!Verdict::new("closure-window", "a", f64::NAN, 1.0).passed);
+        assert!(!Verdict::new("transfer-defect", "a~b", f64::MIN_POSITIVE, 0.0).passed);
+        assert!(Verdict::new("transfer-defect", "a~b", 0.0, 0.0).passed);
+    }
+
+    #[test]
+    fn single_precision_may_lose_more_with_more_substeps() {
+        let single = |substeps| ClosureGate::of(BoundaryForm::SamplesF32 { normals: false }, substeps).window;
+        let double = ClosureGate::of(BoundaryForm::Proxy, 1000).window;
+        assert_eq!([single(1), single(1000), double].map(|gate| format!("{gate:.0e}")), ["1e-6", "6e-5", "1e-12"]);
+    }
+}
