@@ -107,6 +107,12 @@ impl Wrench {
         self.plus(other.negated())
     }
 
+    /// The same impulse with its moment taken about `new` instead of `old`.
+    #[must_use]
+    pub fn about(self, old: Vec3, new: Vec3) -> Self {
+        Self { angular: add(self.angular, cross(sub(old, new), self.linear)), ..self }
+    }
+
     /// Opposite.
     #[must_use]
     pub fn negated(self) -> Self {
@@ -169,4 +175,18 @@ pub fn dot(a: Vec3, b: Vec3) -> f64 {
 /// `|a|`.
 pub fn norm(a: Vec3) -> f64 {
     dot(a, a).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wrench_keeps_its_moment_about_the_origin_when_its_centre_moves() {
+        let wrench = Wrench { linear: [1.0, -2.0, 0.5], angular: [0.25, 4.0, -1.0] };
+        let (old, new) = ([3.0, 0.5, -1.0], [-2.0, 8.0, 0.125]);
+        let moment = |centre: Vec3, w: Wrench| add(cross(centre, w.linear), w.angular);
+        // All numbers are short binary fractions: the sums are exact.
+        assert_eq!(moment(new, wrench.about(old, new)), moment(old, wrench));
+    }
 }

@@ -118,8 +118,7 @@ fn solvers_leave_when_the_coordinator_is_killed() {
     assert_eq!(running.children().len(), 2, "two solver processes");
     running.signal("KILL");
     let run = running.finish().expect_code(128 + 9);
-    let rows = run.csv("ledger.csv").1;
-    assert!(rows.len() >= 4, "what was settled stays readable");
+    assert!(!run.ledger("window").is_empty(), "what was settled stays readable");
 }
 
 #[test]
@@ -140,8 +139,7 @@ fn an_interrupt_at_any_time_ends_at_a_window_edge_with_readable_files() {
         assert!(run.took < Duration::from_millis(pause_ms + 4000), "{pause_ms} ms: {:?}", run.took);
         if run.summary.is_object() {
             let settled = run.summary["windows"].as_u64().expect("a count") as usize;
-            let (_, rows) = run.csv("ledger.csv");
-            assert_eq!(rows.len(), settled, "the ledger ends where the run ended");
+            assert_eq!(run.ledger("window").len(), settled, "the ledger ends where the run ended");
         }
     }
 }

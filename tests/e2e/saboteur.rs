@@ -106,10 +106,12 @@ fn join_twice() -> ExitCode {
     };
     let start = || {
         let mut child = Command::new(&me).args(["jitter"]).stdin(Stdio::piped()).spawn().ok()?;
-        child.stdin.as_mut()?.write_all(ticket.as_bytes()).ok()?;
-        Some(child)
+        let mut lifeline = child.stdin.take()?;
+        lifeline.write_all(ticket.as_bytes()).ok()?;
+        // Kept apart, because waiting for a child closes its standard input.
+        Some((child, lifeline))
     };
-    let (Some(mut first), Some(mut second)) = (start(), start()) else { return ExitCode::FAILURE };
+    let (Some((mut first, _one)), Some((mut second, _other))) = (start(), start()) else { return ExitCode::FAILURE };
     let ends = [first.wait(), second.wait()];
     let joined = ends.iter().any(|e| e.as_ref().is_ok_and(std::process::ExitStatus::success));
     if joined { ExitCode::SUCCESS } else { ExitCode::FAILURE }

@@ -39,6 +39,16 @@ impl Run {
         self.summary["state_hash"].as_str().expect("a run that settled windows has a hash").to_owned()
     }
 
+    /// A column of the ledger, as text.
+    pub fn ledger(&self, column: &str) -> Vec<String> {
+        let text = std::fs::read_to_string(self.folder.join("ledger.csv")).expect("the run wrote it");
+        let mut lines = text.lines().map(|l| l.split(',').map(str::to_owned).collect::<Vec<_>>());
+        let header = lines.next().unwrap_or_default();
+        let place = |name: &str| header.iter().position(|h| h == name).unwrap_or_else(|| panic!("no `{name}`"));
+        let wanted = place(column);
+        lines.filter_map(|l| l.get(wanted).cloned()).collect()
+    }
+
     /// A CSV file of the run folder: header and rows of numbers (text that is no number becomes NaN).
     pub fn csv(&self, name: &str) -> (Vec<String>, Vec<Vec<f64>>) {
         let text = std::fs::read_to_string(self.folder.join(name)).expect("the run wrote it");

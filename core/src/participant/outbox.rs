@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::Frame;
-use crate::boundary::{BoundaryState, Impulses, SampleStatics};
+use crate::boundary::{BoundaryState, Impulses, SampleStatics, Vec3};
 use crate::control::RunId;
 use crate::plan::schedule::MessageId;
 use crate::plan::{BoundaryForm, Content, Plan, StreamId};
@@ -90,6 +90,15 @@ impl Outbox {
     /// Frames of a message, if it is still kept.
     pub fn frames(&self, id: MessageId) -> &[Frame] {
         self.kept.get(&id).map_or(&[], Vec::as_slice)
+    }
+
+    /// Centre of mass in a kept proxy record of this participant.
+    pub fn centre(&self, id: MessageId) -> Option<Vec3> {
+        let payload = self.frames(id).first()?.get(wire::HEADER_BYTES..)?;
+        match wire::decode_boundary(BoundaryForm::Proxy, 1, payload) {
+            Ok(BoundaryState::Proxy(record)) => Some(record.position),
+            _ => None,
+        }
     }
 
     /// Forgets messages that nobody can need any more: everything two windows behind the settled one, statics apart.

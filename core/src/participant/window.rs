@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::{Action, Joined, Participant, Phase};
+use crate::boundary::Impulses;
 use crate::checks::{Check, Checks};
 use crate::control::{Done, FailureKind, Times, Up};
 use crate::participant::Job;
@@ -170,6 +171,7 @@ fn gather(
             }
             (Content::Impulses { form, .. }, role) => {
                 let impulses = decode_impulses(*form, message.count(), &payload).map_err(explain)?;
+                let impulses = about_present_centre(joined, need.interface, id.index, window, impulses);
                 applied.push((need.interface, impulses.total(), impulses.gross()));
                 let dropped = joined.plan.break_with == Some(Break::DropReaction);
                 inputs.impulses.push(ImpulseInput {
@@ -182,6 +184,18 @@ fn gather(
         }
     }
     Ok((inputs, consumed, applied))
+}
+
+/// Impulses on a rigid body carry their moment about its centre where the resolver saw it. In the parallel scheme that
+/// is one window ago: the moment is moved to the centre at the start of this window, or angular momentum would be lost.
+fn about_present_centre(joined: &Joined, interface: u16, made_in: u64, window: u64, impulses: Impulses) -> Impulses {
+    let Impulses::Rigid(wrench) = impulses else { return impulses };
+    let shown = joined.plan.interfaces[usize::from(interface)].from_b;
+    let centre = |index| joined.outbox.centre(MessageId { stream: shown, index });
+    match (centre(made_in), centre(window)) {
+        (Some(then), Some(now)) if made_in != window => Impulses::Rigid(wrench.about(then, now)),
+        _ => Impulses::Rigid(wrench),
+    }
 }
 
 fn interface_of(joined: &Joined, stream: StreamId) -> Option<u16> {

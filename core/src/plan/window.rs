@@ -144,7 +144,8 @@ pub fn choose(scene: &Scene, interfaces: &[Interface]) -> Result<(Clock, String)
     let unbound = unbound.then(|| {
         Term::new(UNBOUND_WINDOW_S, "nothing: no interface bounds it, the ledger is written this often".to_owned())
     });
-    let frame = scene.clock.frames_per_second.map(|fps| told(1.0 / fps, "fps` of the scene: every frame ends a window"));
+    let frame =
+        scene.clock.frames_per_second.map(|fps| told(1.0 / fps, "fps` of the scene: every frame ends a window"));
     let run = told(scene.clock.duration_s, "duration` of the scene: the run is one window");
     let scenes = [window, unbound, frame].into_iter().flatten().fold(run, shorter);
     if let Some(term) = contact.as_ref().filter(|t| t.is_too_short()) {

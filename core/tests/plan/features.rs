@@ -13,8 +13,7 @@ use cosplat_core::plan::build;
 #[test]
 fn participants_stand_in_the_order_of_their_names() {
     let plan = planned(&four_kinds());
-    let names: Vec<(&str, &str)> =
-        plan.participants.iter().map(|p| (p.name.as_str(), p.bodies[0].as_str())).collect();
+    let names: Vec<(&str, &str)> = plan.participants.iter().map(|p| (p.name.as_str(), p.bodies[0].as_str())).collect();
     assert_eq!(names, [("mpm", "toy"), ("rigid", "rock"), ("smoke", "cloud"), ("sph", "mud")]);
     assert_eq!(plan.participant("smoke"), Some(2));
     assert_eq!(plan.name_of(3), "sph");
@@ -81,7 +80,10 @@ fn everything_a_plugin_lacks_is_refused_at_once_and_by_name() {
     ];
     assert_eq!(found.len(), lacks.len(), "{found:#?}");
     for (found, (what, why)) in found.iter().zip(lacks) {
-        assert!(found.starts_with(&format!("{what}: ")) && found.contains(why), "`{found}` is not about {what} and {why}");
+        assert!(
+            found.starts_with(&format!("{what}: ")) && found.contains(why),
+            "`{found}` is not about {what} and {why}"
+        );
     }
     assert!(found[..10].iter().all(|f| f.contains("plugin `bare`")), "{found:#?}");
 }

@@ -25,7 +25,9 @@ fn given(plan: &Plan) -> BTreeMap<MessageId, u64> {
     let mut given = BTreeMap::new();
     for who in everybody(plan) {
         let at_start = published_at_start(plan, who).into_iter().map(|id| (id, 0));
-        let later = (0..WINDOWS).flat_map(|w| steps(plan, who, w).into_iter().flat_map(move |s| s.gives.into_iter().map(move |id| (id, w))));
+        let later = (0..WINDOWS).flat_map(|w| {
+            steps(plan, who, w).into_iter().flat_map(move |s| s.gives.into_iter().map(move |id| (id, w)))
+        });
         for (id, window) in at_start.chain(later) {
             assert_eq!(plan.streams[usize::from(id.stream)].from, who, "somebody else's stream");
             assert!(given.insert(id, window).is_none(), "{id:?} is given twice");
@@ -46,7 +48,15 @@ fn check_needs(plan: &Plan) {
             for need in steps.iter().flat_map(|s| &s.needs) {
                 let stream = &plan.streams[usize::from(need.message.stream)];
                 assert!(stream.to.contains(&who), "`{}` is not read by {who}", stream.key);
-                assert!(given.get(&need.message).is_some_and(|w| *w <= window), "{:?} of `{}`", need.message, stream.key);
+                assert!(
+                    given.get(&need.message).is_some_and(|w| *w <= window),
+                    "{:?} of `{}`",
+                    need.message,
+                    stream.key
+                );
+                // Senders keep, and readers take, what lies one window behind and one ahead.
+                let index = need.message.index;
+                assert!(index + 1 >= window && index <= window + 1, "{:?} in window {window}", need.message);
             }
         }
         for id in needed_at_start(plan, who) {

@@ -161,7 +161,11 @@ fn centred_links_take_one_side_in_two_halves() {
     check(
         &plan,
         "a",
-        [&["0..2: m/b/b 0 now -> imp/a/b/0 0"], &["2..4: m/b/b 1 now -> imp/a/b/0 1"], &["4..6: m/b/b 2 now -> imp/a/b/0 2"]],
+        [
+            &["0..2: m/b/b 0 now -> imp/a/b/0 0"],
+            &["2..4: m/b/b 1 now -> imp/a/b/0 1"],
+            &["4..6: m/b/b 2 now -> imp/a/b/0 2"],
+        ],
     );
     check(
         &plan,
@@ -176,11 +180,8 @@ fn centred_links_take_one_side_in_two_halves() {
 
 #[test]
 fn a_solver_between_two_others_waits_for_one_and_gives_to_the_other() {
-    let plan = planned(&scene([
-        body("mud", "sph", LIQUID),
-        body("toy", "mpm", elastic(1e4)),
-        body("rock", "rigid", RIGID),
-    ]));
+    let plan =
+        planned(&scene([body("mud", "sph", LIQUID), body("toy", "mpm", elastic(1e4)), body("rock", "rigid", RIGID)]));
     check(
         &plan,
         "mpm",

@@ -184,7 +184,9 @@ fn what_nothing_binds_is_written_a_hundred_times_a_second() {
 #[test]
 fn a_run_of_many_windows_ends_on_time() {
     let mut scene = approaching(0.0);
-    for (duration_s, window_s, windows) in [(1.0, 1e-5, 100_000), (3600.0, 1e-4, 36_000_000), (0.3, 0.1, 3), (1e6, 1e-3, 1_000_000_000)] {
+    for (duration_s, window_s, windows) in
+        [(1.0, 1e-5, 100_000), (3600.0, 1e-4, 36_000_000), (0.3, 0.1, 3), (1e6, 1e-3, 1_000_000_000)]
+    {
         scene.clock.duration_s = duration_s;
         scene.clock.window_s = Some(window_s);
         let clock = planned(&scene).clock;

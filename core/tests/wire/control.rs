@@ -1,6 +1,8 @@
 //! Control messages: what is not whole is refused.
 
-use cosplat_core::control::{ControlError, Done, Down, Envelope, PROTOCOL, Progress, Resend, Up, decode, encode, protocol_of};
+use cosplat_core::control::{
+    ControlError, Done, Down, Envelope, PROTOCOL, Progress, Resend, Up, decode, encode, protocol_of,
+};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use xxhash_rust::xxh3::xxh3_64;
@@ -19,15 +21,17 @@ fn sealed(body: &[u8]) -> Vec<u8> {
 fn any_done() -> impl Strategy<Value = Done> {
     let messages = || vec((any::<u16>(), any::<u64>(), any::<u64>()), 0..5);
     let sums = || vec((any::<u16>(), any::<[f64; 3]>(), any::<f64>()), 0..3);
-    (any::<[u64; 2]>(), messages(), messages(), sums(), sums()).prop_map(|(n, consumed, produced, sent, applied)| Done {
-        window: n[0],
-        iteration: n[1] as u32,
-        consumed,
-        produced,
-        state_hash: u128::from(n[0]) << 64 | u128::from(n[1]),
-        sent,
-        applied,
-        ..Done::default()
+    (any::<[u64; 2]>(), messages(), messages(), sums(), sums()).prop_map(|(n, consumed, produced, sent, applied)| {
+        Done {
+            window: n[0],
+            iteration: n[1] as u32,
+            consumed,
+            produced,
+            state_hash: u128::from(n[0]) << 64 | u128::from(n[1]),
+            sent,
+            applied,
+            ..Done::default()
+        }
     })
 }
 

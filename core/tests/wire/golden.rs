@@ -97,7 +97,8 @@ fn fixtures() -> Vec<(String, Vec<u8>)> {
 }
 
 fn read(name: &str) -> Vec<u8> {
-    fs::read(path(name)).unwrap_or_else(|e| panic!("{}: {e}; the top of this file says how it is made", path(name).display()))
+    fs::read(path(name))
+        .unwrap_or_else(|e| panic!("{}: {e}; the top of this file says how it is made", path(name).display()))
 }
 
 #[test]
@@ -167,9 +168,9 @@ fn header_fields_stand_where_the_table_says() {
     assert_eq!((number(80, 8), number(88, 8)), (header.content, header.hash));
     assert_eq!(HEADER_BYTES, 96);
     // Three vectors are 72 bytes; the next array starts at a multiple of 16.
-    let first = |array: usize| f64::from_bits(number(96 + 80 * array, 8));
-    assert_eq!([first(0), first(1)], [100.0, -3.0]);
-    assert_eq!(f64::from_bits(number(96 + 2 * 80 + 8, 8)), 0.6);
+    let first = |array: usize| number(96 + 80 * array, 8);
+    assert_eq!([first(0), first(1)], [100.0, -3.0].map(f64::to_bits));
+    assert_eq!(number(96 + 2 * 80 + 8, 8), 0.6_f64.to_bits());
 }
 
 #[test]
@@ -200,7 +201,10 @@ fn the_hashes_of_a_message_of_three_chunks_are_pinned() {
     let buffer: Vec<u8> = std::iter::repeat_n(0, HEADER_BYTES).chain(payload).collect();
     let (frames, content) = wire::frames(&origin(&Content::Statics { body: String::new() }), 9, buffer, &mut 0);
     let hashes: Vec<u64> = frames.iter().map(|f| Header::read(f).expect("a header").hash).collect();
-    assert_eq!((content, hashes), (0x9c11_6ac7_33fc_a143, vec![0x6254_8a0a_d8b1_bc08, 0xba72_5645_f837_defa, 0x9d5b_4da5_643f_5781]));
+    assert_eq!(
+        (content, hashes),
+        (0x9c11_6ac7_33fc_a143, vec![0x6254_8a0a_d8b1_bc08, 0xba72_5645_f837_defa, 0x9d5b_4da5_643f_5781])
+    );
 }
 
 #[test]

@@ -78,9 +78,7 @@ proptest! {
 fn a_payload_cut_short_or_drawn_out_is_refused() {
     for (name, content, value) in contents() {
         let (count, bytes) = payload(&content, &value);
-        let length_is_refused = |bytes: &[u8]| {
-            matches!(decode(&content, count, bytes), Err(PayloadError::Length { found, .. }) if found == bytes.len())
-        };
+        let length_is_refused = |bytes: &[u8]| matches!(decode(&content, count, bytes), Err(PayloadError::Length { found, .. }) if found == bytes.len());
         for length in 0..bytes.len() {
             assert!(length_is_refused(&bytes[..length]), "`{name}` cut to {length} bytes");
         }
@@ -171,7 +169,9 @@ fn a_header_whose_numbers_contradict_each_other_begins_no_message() {
 
 #[test]
 fn a_frame_of_another_length_than_its_header_says_is_not_taken() {
-    for (chunk, chunks, length) in [(0, 1, 0), (0, 1, 1), (0, 2, CHUNK_BYTES as u64 + 128), (0, 4096, 4096 * CHUNK_BYTES as u64)] {
+    for (chunk, chunks, length) in
+        [(0, 1, 0), (0, 1, 1), (0, 2, CHUNK_BYTES as u64 + 128), (0, 4096, 4096 * CHUNK_BYTES as u64)]
+    {
         let (header, bytes) = lying(|h| (h.chunk, h.chunks, h.length) = (chunk, chunks, length));
         let mut message = Message::begin(&header).expect("numbers that fit each other");
         assert!(!message.take(&header, bytes.into(), 0, true), "{length} bytes in {chunks} chunks");

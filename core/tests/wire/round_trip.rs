@@ -18,7 +18,7 @@ pub(crate) fn vectors(count: usize) -> impl Strategy<Value = Vec<Vec3>> {
 }
 
 pub(crate) fn samples(normals: bool) -> impl Strategy<Value = Samples> {
-    (0_usize..40).prop_flat_map(move |n| {
+    (0_usize..24).prop_flat_map(move |n| {
         let normal = vectors(if normals { n } else { 0 });
         (vectors(n), vectors(n), normal).prop_map(|(position, velocity, normal)| Samples { position, velocity, normal })
     })
@@ -40,14 +40,14 @@ fn proxy() -> impl Strategy<Value = ProxyRecord> {
 }
 
 fn statics() -> impl Strategy<Value = SampleStatics> {
-    (0_usize..40).prop_flat_map(|n| {
+    (0_usize..24).prop_flat_map(|n| {
         (vec(any::<u64>(), n), vec(finite(), n), vec(finite(), n), vec(finite(), n))
             .prop_map(|(id, area_m2, volume_m3, mass_kg)| SampleStatics { id, area_m2, volume_m3, mass_kg })
     })
 }
 
 fn impulses() -> impl Strategy<Value = Impulses> {
-    let each = (0_usize..40).prop_flat_map(vectors).prop_map(Impulses::Samples);
+    let each = (0_usize..24).prop_flat_map(vectors).prop_map(Impulses::Samples);
     let rigid = vectors(2).prop_map(|v| Impulses::Rigid(Wrench { linear: v[0], angular: v[1] }));
     prop_oneof![each, rigid]
 }
@@ -133,7 +133,7 @@ fn moderate() -> impl Strategy<Value = f64> + Clone {
 
 fn moderate_samples(normals: bool) -> impl Strategy<Value = Samples> {
     let vectors = |n: usize| vec([moderate(), moderate(), moderate()], n);
-    (0_usize..40).prop_flat_map(move |n| {
+    (0_usize..24).prop_flat_map(move |n| {
         let normal = vectors(if normals { n } else { 0 });
         (vectors(n), vectors(n), normal).prop_map(|(position, velocity, normal)| Samples { position, velocity, normal })
     })
