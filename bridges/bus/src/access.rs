@@ -74,7 +74,8 @@ pub(crate) fn access_control(plan: &Plan, keys: &Keys) -> Result<Value, BusError
 /// The `low_pass_filter` section: what is larger than any honest message is dropped at the door.
 pub(crate) fn size_limits(plan: &Plan, keys: &Keys) -> Value {
     let limit = |id: &str, key_exprs: Vec<String>, bytes: usize| {
-        json!({ "id": id, "messages": ["put"], "flows": ["ingress"], "key_exprs": key_exprs, "size_limit": bytes })
+        let (messages, flows) = (["put"], ["ingress"]);
+        json!({ "id": id, "messages": messages, "flows": flows, "key_exprs": key_exprs, "size_limit": bytes })
     };
     let mut limits = vec![
         limit("ack", vec![keys.ack("*")], MAX_ACK_BYTES),

@@ -91,6 +91,8 @@ pub struct CoordinatorHost {
 impl CoordinatorHost {
     /// Opens a new run's bus and makes a ticket for each participant, in plan order. The run's time starts here.
     ///
+    /// No window waits for the coordinator, so [`Spin::NONE`] leaves the cores to the solvers at no cost in speed.
+    ///
     /// # Errors
     /// [`BusError`]; nothing stays behind.
     pub fn start(

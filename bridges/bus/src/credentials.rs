@@ -70,11 +70,7 @@ impl RunFolder {
         let socket = path.join(SOCKET);
         let text = socket.to_string_lossy();
         if text.len() > MAX_SOCKET_PATH {
-            return Err(BusError::PathTooLong {
-                path: text.to_string(),
-                bytes: text.len(),
-                limit: MAX_SOCKET_PATH,
-            });
+            return Err(BusError::PathTooLong { path: text.to_string(), bytes: text.len(), limit: MAX_SOCKET_PATH });
         }
         // These separate the parts of a zenoh endpoint.
         if socket.to_str().is_none_or(|p| p.contains(['#', '?', ';', '='])) {

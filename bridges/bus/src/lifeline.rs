@@ -47,9 +47,8 @@ impl Lifeline {
     /// # Errors
     /// [`BusError::NoTicket`], [`BusError::BadTicket`].
     pub fn ticket(&self, deadline: Duration) -> Result<JoinTicket, BusError> {
-        let line = self.first_line.recv_timeout(deadline).map_err(|_| BusError::NoTicket {
-            why: format!("nothing came within {} s", deadline.as_secs_f64()),
-        })??;
+        let late = |_| BusError::NoTicket { why: format!("nothing came within {} s", deadline.as_secs_f64()) };
+        let line = self.first_line.recv_timeout(deadline).map_err(late)??;
         JoinTicket::from_line(&line)
     }
 

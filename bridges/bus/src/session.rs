@@ -47,7 +47,7 @@ impl Bus {
         let session = zenoh::open(config).wait().map_err(|e| BusError::Open {
             who: who.to_owned(),
             endpoint: endpoint.to_owned(),
-            why: e.to_string(),
+            why: words(&e),
         })?;
         Ok(Self { session })
     }
@@ -162,7 +162,7 @@ impl Outlet {
 
     fn put(&self, bytes: ZBytes) -> Result<(), BusError> {
         let put = self.publisher.put(bytes).wait();
-        put.map_err(|e| BusError::Publish { key: self.key.clone(), why: e.to_string() })
+        put.map_err(|e| BusError::Publish { key: self.key.clone(), why: words(&e) })
     }
 }
 
@@ -188,6 +188,12 @@ impl Payload {
     }
 }
 
+/// zenoh's words, without the place in its sources that it appends.
+fn words(error: &zenoh::Error) -> String {
+    let text = error.to_string();
+    text.split(" at /").next().unwrap_or(&text).to_owned()
+}
+
 fn declare_error(what: &'static str, key: &str, error: &zenoh::Error) -> BusError {
-    BusError::Declare { what, key: key.to_owned(), why: error.to_string() }
+    BusError::Declare { what, key: key.to_owned(), why: words(error) }
 }

@@ -1,4 +1,5 @@
 //! Nobody gets in, or says anything, who should not. On the real zenoh, because all of this is its doing.
+#![allow(clippy::unwrap_used, reason = "helpers outside of test functions")]
 
 mod common;
 
@@ -107,7 +108,9 @@ fn own_sockets(table: &str, state: Option<&str>) -> Vec<String> {
     let own: Vec<String> = fs::read_dir("/proc/self/fd")
         .unwrap()
         .flatten()
-        .filter_map(|e| fs::read_link(e.path()).ok()?.to_str()?.strip_prefix("socket:[")?.strip_suffix(']').map(str::to_owned))
+        .filter_map(|e| {
+            fs::read_link(e.path()).ok()?.to_str()?.strip_prefix("socket:[")?.strip_suffix(']').map(str::to_owned)
+        })
         .collect();
     let listed = fs::read_to_string(format!("/proc/net/{table}")).unwrap_or_default();
     listed

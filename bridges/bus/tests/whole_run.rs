@@ -1,4 +1,5 @@
 //! Runs from start to end through the real zenoh, participants in threads of this process.
+#![allow(clippy::unwrap_used, reason = "helpers outside of test functions")]
 
 mod common;
 #[path = "common/point.rs"]
@@ -241,4 +242,15 @@ fn participants_do_not_outlive_a_coordinator_that_vanishes() {
     assert_eq!(result.outcome, None);
     assert_eq!(result.endings, [Ending::Orphaned, Ending::Orphaned]);
     assert!(result.folder_is_gone && result.seconds < 5.0, "{}", result.seconds);
+}
+
+#[test]
+fn a_run_that_is_given_up_before_it_starts_leaves_nothing() {
+    let plan = coupled();
+    let scenes = vec![scene(&plan, 0), scene(&plan, 1)];
+    let (host, tickets) = CoordinatorHost::start(plan, scenes, Limits::default(), Spin::NONE).unwrap();
+    let socket = Path::new(tickets[0].endpoint.strip_prefix("unixsock-stream/").unwrap());
+    assert!(socket.exists());
+    drop(host);
+    assert!(!socket.parent().unwrap().exists());
 }

@@ -30,8 +30,8 @@ use cosplat_core::boundary::{add, cross, dot, norm, scale, sub};
 use cosplat_core::control::PROTOCOL;
 use cosplat_core::plan::{BoundaryForm, InterfaceId};
 use cosplat_core::plugin::{
-    BodyState, BoundaryOutput, Descriptor, Energy, Inputs, InterfaceReport, InterfaceRole, Outputs, PartnerSetup, Plugin,
-    PluginError, Pulse, Report, Saves, Setup, SetupBoundary, SolverScene, StateReader, StateSink, Step,
+    BodyState, BoundaryOutput, Descriptor, Energy, Inputs, InterfaceReport, InterfaceRole, Outputs, PartnerSetup,
+    Plugin, PluginError, Pulse, Report, Saves, Setup, SetupBoundary, SolverScene, StateReader, StateSink, Step,
 };
 use cosplat_core::scene::{Body, Source, VelocityField};
 

@@ -184,7 +184,7 @@ impl Driver {
         for action in std::mem::take(&mut self.work) {
             match self.send(action) {
                 Ok(kept) => self.work.extend(kept),
-                // The loop outside meets the same error at its next message.
+                // Without a connection there is nobody left to compute for.
                 Err(_) => self.ending = Some(Ending::Orphaned),
             }
         }

@@ -1,9 +1,9 @@
 //! A thread that says the process lives when the loop itself has not spoken for a while: during a computation without
 //! beats. A process that is stopped stops this too, so silence still means something.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
-use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 

@@ -65,7 +65,7 @@ pub fn run_plugin(plugin: &mut dyn Plugin) -> ExitCode {
         Ok(conclusion) => ExitCode::from(report(&name, &conclusion)),
         Err(error) => {
             eprintln!("{name}: {error}");
-            if matches!(error, BusError::NoTicket { .. }) {
+            if matches!(error, BusError::NoTicket { .. } | BusError::BadTicket { .. }) {
                 explain(&name);
                 return ExitCode::from(exit::USAGE);
             }
@@ -124,6 +124,9 @@ fn serve_with(
 }
 
 /// Ends this process with its parent, whatever it is doing then.
+///
+/// Linux sends the signal when the *thread* that started this process ends: a launcher must start its solvers from one
+/// that lives as long as the run.
 fn tie_to_parent() -> Result<(), BusError> {
     let before = getppid();
     // Where the system lacks it the life-line still works.
