@@ -1,6 +1,6 @@
 //! What does a coupling window cost when the solvers do next to nothing?
 //!
-//! Two real processes exchange three-vectors both ways over the real bus: samples (position and velocity, 24 B each in
+//! Two real processes of the emptiest solver exchange three-vectors both ways over the real bus: samples (position and velocity, 24 B each in
 //! single precision) from the responder, impulses (24 B each in double precision) from the resolver, serial scheme.
 //! The figure is the time between the starts of two consecutive windows of the resolver: median, 10th and 90th
 //! percentile, after the first tenth of the run.
@@ -62,16 +62,16 @@ fn stop(mut child: Child) {
 fn gaps_us(samples: usize, windows: u64) -> Vec<f64> {
     let scratch = tempfile::tempdir().expect("a scratch folder");
     let cosplat = Path::new(env!("CARGO_BIN_EXE_cosplat"));
-    let dummy = cosplat.with_file_name("examples").join("dummy");
-    assert!(dummy.exists(), "build the plugin first: cargo build --release --examples");
+    let exchanger = cosplat.with_file_name("examples").join("exchanger");
+    assert!(exchanger.exists(), "build the plugin first: cargo build --release --examples");
     let body = |name: &str| {
         format!(
-            "[solver.{name}]\nplugin = \"dummy\"\ncommand = [{dummy:?}]\n[[body]]\nname = \"{name}\"\nsolver = \"{name}\"\n\
+            "[solver.{name}]\nplugin = \"exchanger\"\ncommand = [{exchanger:?}]\n[[body]]\nname = \"{name}\"\nsolver = \"{name}\"\n\
              material = \"point-mass\"\nmass = 1.0\ncloud = {{ count = {samples}, size = [1.0, 1.0, 1.0] }}\n"
         )
     };
     let scene = format!(
-        "format = 1\nname = \"exchange\"\ntitle = \"Two clouds that drag at each other\"\n[clock]\nduration = {:?}\n\
+        "format = 1\nname = \"exchange\"\ntitle = \"Two clouds that exchange\"\n[clock]\nduration = {:?}\n\
          window = 0.001\n[output]\ntrace = true\nledger_every = 1000000\n{}{}",
         windows as f64 * 1e-3,
         body("a"),

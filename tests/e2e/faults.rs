@@ -55,10 +55,9 @@ fn a_blow_up_is_a_physics_failure_with_its_words() {
 }
 
 #[test]
-fn a_number_that_is_not_finite_is_found_where_it_arrives() {
-    let run = with_right(&["nan", "10"], "");
-    assert!(run.code == 4 || run.code == 5, "exit code {}:\n{}", run.code, run.stderr);
-    assert_says(&run, &["not finite"]);
+fn a_number_that_is_not_finite_is_found_before_it_leaves() {
+    let run = with_right(&["nan", "10"], "").expect_code(4);
+    assert_says(&run, &["`right`", "window 10", "number 0 of `position` is not finite"]);
 }
 
 #[test]

@@ -125,6 +125,16 @@ pub enum Failure {
         /// What it was last known to do.
         waiting: String,
     },
+    /// Everybody lives and everybody waits.
+    #[error("no window has been finished for {seconds} s after window {window}: {waiting}")]
+    Deadlock {
+        /// First window not settled.
+        window: u64,
+        /// Whole seconds waited.
+        seconds: u64,
+        /// Who waits for what.
+        waiting: String,
+    },
     /// Somebody never arrived.
     #[error("no word from {} within {seconds} s of the start: {phase}", list(.who))]
     Missing {

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{Action, Coordinator, Failure, Outcome, Phase};
+use super::{Action, Coordinator, Failure, Outcome, Peer, Phase};
 use crate::checks::{Check, Checks};
 use crate::control::Down;
 use crate::plan::ParticipantId;
@@ -40,7 +40,8 @@ impl<C: Checks> Coordinator<C> {
         match self.phase {
             Phase::Ended => self.tell_farewell(out),
             Phase::Joining | Phase::Probing if now > self.limits.join => self.miss(out),
-            Phase::Joining => {}
+            // They have nothing to do until everybody is set up, but must not take the silence for a death.
+            Phase::Joining => self.tell_joined(out),
             Phase::Probing => self.tell_all(&Down::Probe, out),
             Phase::Running => self.tell_all(&self.grant(), out),
         }
@@ -53,6 +54,21 @@ impl<C: Checks> Coordinator<C> {
         }
         if self.phase == Phase::Running {
             self.explain_waiting(now, out);
+            self.look_for_deadlock(now, out);
+        }
+    }
+
+    /// Everybody lives and everybody waits: somebody's message is lost for good, or the plan has a circle.
+    fn look_for_deadlock(&mut self, now: Duration, out: &mut Vec<Action>) {
+        let waited = now.saturating_sub(self.settled_at);
+        let alive = |p: &Peer| now.saturating_sub(p.heard_at) <= self.limits.silence_notice;
+        let all_wait = self.peers.iter().all(|p| alive(p) && p.progress.waiting_for.is_some());
+        if waited > self.limits.silence && all_wait {
+            let waiting: Vec<String> = (0..self.peers.len() as ParticipantId)
+                .map(|who| format!("`{}` is {}", self.plan.name_of(who), self.describe(who)))
+                .collect();
+            let (window, seconds) = (self.committed, waited.as_secs());
+            self.fail(Failure::Deadlock { window, seconds, waiting: waiting.join(", ") }, out);
         }
     }
 
@@ -160,10 +176,15 @@ impl<C: Checks> Coordinator<C> {
         out.push(Action::Ended(Outcome::Failed(failure)));
     }
 
-    /// Says goodbye to those who have not answered it.
+    fn tell_joined(&self, out: &mut Vec<Action>) {
+        let here = self.peers.iter().enumerate().filter(|(_, p)| p.instance.is_some());
+        out.extend(here.map(|(i, _)| self.send(i as ParticipantId, self.grant())));
+    }
+
+    /// Says goodbye to those who have not answered it; to the dead too, who may be alive after all.
     fn tell_farewell(&self, out: &mut Vec<Action>) {
         let Some(farewell) = &self.farewell else { return };
-        let here = self.peers.iter().enumerate().filter(|(_, p)| !p.left && p.died.is_none() && p.instance.is_some());
+        let here = self.peers.iter().enumerate().filter(|(_, p)| !p.left && p.instance.is_some());
         out.extend(here.map(|(i, _)| self.send(i as ParticipantId, farewell.clone())));
     }
 }

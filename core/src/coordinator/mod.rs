@@ -14,7 +14,7 @@ use std::time::Duration;
 use crate::checks::{AllChecks, Check, Checks};
 use crate::control::{self, Done, Down, Envelope, FailureKind, PROTOCOL, Progress, ReadyInfo, RunId, Up};
 use crate::ledger::Ledger;
-use crate::plan::{ParticipantId, Plan, StreamId};
+use crate::plan::{ParticipantId, Plan, StreamId, schedule};
 use crate::plugin::SolverScene;
 
 pub use api::{Action, Event, Failure, Limits, Outcome};
@@ -86,6 +86,8 @@ impl<C: Checks> Coordinator<C> {
         limits: Limits,
         checks: C,
     ) -> Self {
+        // Without a grant nobody would ever begin.
+        let limits = Limits { ahead: limits.ahead.max(1), ..limits };
         let peers = plan.participants.iter().map(|_| Peer::default()).collect();
         // A plan is plain data: names, numbers and lists of them.
         let plan_json = serde_json::to_string(&plan).unwrap_or_default();
@@ -206,6 +208,8 @@ impl<C: Checks> Coordinator<C> {
             return self.fail(Failure::Protocol { who: expected, window: 0, message }, out);
         }
         if self.phase == Phase::Ended {
+            let reason = "the run has ended".to_owned();
+            out.push(self.send_to(who, instance, Down::Refused { reason }));
             return;
         }
         self.peers[usize::from(who)].instance = Some(instance);
@@ -231,16 +235,22 @@ impl<C: Checks> Coordinator<C> {
     }
 
     fn on_ready(&mut self, who: ParticipantId, info: Box<ReadyInfo>, out: &mut Vec<Action>) {
-        let peer = &mut self.peers[usize::from(who)];
-        if peer.ready.is_some() || self.phase != Phase::Joining {
+        if self.peers[usize::from(who)].ready.is_some() || self.phase != Phase::Joining {
             // It says so again because it has not heard the answer.
             if self.phase == Phase::Probing {
                 out.push(self.send(who, Down::Probe));
             }
             return;
         }
-        self.produced.extend(info.produced.iter().map(|&(s, i, h)| ((s, i), h)));
-        peer.ready = Some(info.clone());
+        for id in schedule::published_at_start(&self.plan, who) {
+            let Some(content) = settle::listed(&info.produced, id) else {
+                let message = "it did not publish all its boundaries at the start".to_owned();
+                let who = self.plan.name_of(who).to_owned();
+                return self.fail(Failure::Protocol { who, window: 0, message }, out);
+            };
+            self.produced.insert((id.stream, id.index), content);
+        }
+        self.peers[usize::from(who)].ready = Some(info.clone());
         out.push(Action::Ready(who, info));
         if self.peers.iter().all(|p| p.ready.is_some()) {
             self.phase = Phase::Probing;

@@ -8,7 +8,7 @@ use super::{Action, Coordinator, Failure, Outcome, Phase};
 use crate::checks::{Check, Checks};
 use crate::control::Done;
 use crate::plan::schedule::{self, MessageId};
-use crate::plan::{Content, ParticipantId, Plan};
+use crate::plan::{ParticipantId, Plan, StreamId};
 
 impl<C: Checks> Coordinator<C> {
     pub(super) fn on_done(&mut self, who: ParticipantId, done: Done, now: Duration, out: &mut Vec<Action>) {
@@ -41,22 +41,16 @@ impl<C: Checks> Coordinator<C> {
     fn settle(&mut self, window: u64, now: Duration, out: &mut Vec<Action>) {
         let Some(reports) = self.pending.remove(&window) else { return };
         let dones: Vec<Done> = reports.into_iter().flatten().collect();
-        for done in &dones {
-            self.produced.extend(done.produced.iter().map(|&(s, i, h)| ((s, i), h)));
-        }
-        if self.checks.on(Check::ConsumedIsProduced)
-            && let Some(failure) = self.disagreement(window, &dones)
-        {
+        let strict = self.checks.on(Check::ConsumedIsProduced);
+        let failure = self.missing_output(window, &dones).or_else(|| self.disagreement(window, &dones));
+        if let Some(failure) = failure.filter(|_| strict) {
             return self.fail(failure, out);
         }
         self.chain = chain(self.chain, window, &self.plan, &dones);
         self.committed = self.committed.max(window + 1);
         self.settled_at = now;
         let committed = self.committed;
-        let plan = &self.plan;
-        self.produced.retain(|&(stream, index), _| {
-            index + 2 >= committed || matches!(plan.streams[usize::from(stream)].content, Content::Statics { .. })
-        });
+        self.produced.retain(|&(_, index), _| index + 2 >= committed);
         if let Some(ledger) = &mut self.ledger {
             let record = ledger.record(&self.plan, window, self.chain, &dones);
             out.push(Action::Settled(Box::new(record), dones));
@@ -77,37 +71,54 @@ impl<C: Checks> Coordinator<C> {
         self.tell_all(&self.grant(), out);
     }
 
-    /// Who computed with something else than what was sent, or did not send what the plan says.
-    fn disagreement(&self, window: u64, dones: &[Done]) -> Option<Failure> {
-        for (i, done) in dones.iter().enumerate() {
-            let who = i as ParticipantId;
-            let steps = schedule::steps(&self.plan, who, window);
-            let broke =
-                |message: String| Some(Failure::Protocol { who: self.plan.name_of(who).to_owned(), window, message });
+    /// Who did not publish what the plan says. Only what it says is taken over: a report may list anything.
+    fn missing_output(&mut self, window: u64, dones: &[Done]) -> Option<Failure> {
+        for (who, done) in (0..).zip(dones) {
             if done.window != window {
-                return broke(format!("it reported window {} in its place", done.window));
+                let message = format!("it reported window {} in its place", done.window);
+                return Some(self.broke(who, window, message));
             }
-            let listed = |list: &[(u16, u64, u64)], id: MessageId| {
-                list.iter().find(|(s, n, _)| *s == id.stream && *n == id.index).map(|&(_, _, hash)| hash)
-            };
-            for id in steps.iter().flat_map(|s| s.needs.iter().map(|n| n.message)) {
-                let key = &self.plan.streams[usize::from(id.stream)].key;
-                let Some(used) = listed(&done.consumed, id) else {
-                    return broke(format!("it computed without message {} of `{key}`", id.index));
+            for id in schedule::steps(&self.plan, who, window).iter().flat_map(|s| &s.gives) {
+                let Some(content) = listed(&done.produced, *id) else {
+                    let message = format!("it did not publish message {} of `{}`", id.index, self.key(*id));
+                    return Some(self.broke(who, window, message));
                 };
-                if self.produced.get(&(id.stream, id.index)) != Some(&used) {
-                    return broke(format!("it computed with another message {} of `{key}` than was sent", id.index));
-                }
-            }
-            for id in steps.iter().flat_map(|s| &s.gives) {
-                if listed(&done.produced, *id).is_none() {
-                    let key = &self.plan.streams[usize::from(id.stream)].key;
-                    return broke(format!("it did not publish message {} of `{key}`", id.index));
-                }
+                self.produced.insert((id.stream, id.index), content);
             }
         }
         None
     }
+
+    /// Who computed with something else than what was sent.
+    fn disagreement(&self, window: u64, dones: &[Done]) -> Option<Failure> {
+        for (who, done) in (0..).zip(dones) {
+            for id in schedule::steps(&self.plan, who, window).iter().flat_map(|s| s.needs.iter().map(|n| n.message)) {
+                let (index, key) = (id.index, self.key(id));
+                let message = match listed(&done.consumed, id) {
+                    None => format!("it computed without message {index} of `{key}`"),
+                    Some(used) if self.produced.get(&(id.stream, index)) != Some(&used) => {
+                        format!("it computed with another message {index} of `{key}` than was sent")
+                    }
+                    Some(_) => continue,
+                };
+                return Some(self.broke(who, window, message));
+            }
+        }
+        None
+    }
+
+    fn broke(&self, who: ParticipantId, window: u64, message: String) -> Failure {
+        Failure::Protocol { who: self.plan.name_of(who).to_owned(), window, message }
+    }
+
+    fn key(&self, id: MessageId) -> &str {
+        self.plan.streams.get(usize::from(id.stream)).map_or("?", |s| s.key.as_str())
+    }
+}
+
+/// Content hash of a message in a report.
+pub(super) fn listed(list: &[(StreamId, u64, u64)], id: MessageId) -> Option<u64> {
+    list.iter().find(|(stream, index, _)| *stream == id.stream && *index == id.index).map(|&(_, _, hash)| hash)
 }
 
 /// xxh3-128 over the chain so far, the window number and, in name order, each solver's state.

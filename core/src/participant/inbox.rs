@@ -24,6 +24,8 @@ pub enum Reject {
     Sender,
     /// Another layout.
     Schema,
+    /// Of an iteration that no scheme has.
+    Iteration,
     /// Too early or too late.
     Fence,
     /// Already there.
@@ -102,6 +104,10 @@ impl Inbox {
         if header.schema != incoming.schema {
             return Err(Reject::Schema);
         }
+        // Explicit schemes compute each window once.
+        if header.iteration != 0 {
+            return Err(Reject::Iteration);
+        }
         let fenced = header.index < incoming.low || header.index > incoming.low + FENCE;
         if checks.on(Check::DataFence) && !header.is_probe() && fenced {
             return Err(Reject::Fence);
@@ -177,9 +183,22 @@ impl Incoming {
             return Err(Reject::Duplicate);
         }
         if !message.take(header, frame, chunk_hash, once) {
+            // A first frame that does not even fit itself must not hold the place of the right one.
+            if message.is_empty() {
+                self.messages.remove(&header.index);
+                return Err(Reject::Shape);
+            }
             return Err(Reject::Duplicate);
         }
         let id = MessageId { stream: header.stream, index: header.index };
-        Ok(if message.is_complete() { Taken::Whole(id) } else { Taken::Part })
+        if !message.is_complete() {
+            return Ok(Taken::Part);
+        }
+        if once && message.content().is_none() {
+            // Every part is sound, yet together they are not what was announced: ask for all of it again.
+            self.messages.remove(&header.index);
+            return Err(Reject::Shape);
+        }
+        Ok(Taken::Whole(id))
     }
 }

@@ -38,6 +38,7 @@ impl<C: Checks> Participant<C> {
             plan,
             scene: scene.clone(),
             ready: ReadyInfo::default(),
+            connecting: false,
             connected: false,
         });
         self.phase = Phase::SettingUp;
@@ -70,6 +71,7 @@ impl<C: Checks> Participant<C> {
         if self.phase != Phase::Ready && self.phase != Phase::Probing {
             return;
         }
+        let first = self.phase == Phase::Ready;
         self.phase = Phase::Probing;
         let Some(joined) = &mut self.joined else { return };
         let streams: Vec<StreamId> = joined.plan.sent_by(joined.id).map(|(id, _)| id).collect();
@@ -77,7 +79,9 @@ impl<C: Checks> Participant<C> {
             let frame = joined.outbox.probe(&joined.plan, stream);
             out.push(Action::Publish(stream, frame));
         }
-        for id in schedule::published_at_start(&joined.plan, joined.id) {
+        // What got lost of it is asked for; only probes are repeated.
+        let initial = if first { schedule::published_at_start(&joined.plan, joined.id) } else { Vec::new() };
+        for id in initial {
             out.extend(joined.outbox.frames(id).iter().map(|f| Action::Publish(id.stream, f.clone())));
         }
         self.report_probes(now, out);
@@ -85,13 +89,13 @@ impl<C: Checks> Participant<C> {
 
     /// Hands the partners' statics over once they are all there.
     pub(super) fn try_connect(&mut self, now: Duration, out: &mut Vec<Action>) {
-        let Some(joined) = self.joined.as_mut().filter(|j| !j.connected) else { return };
+        let Some(joined) = self.joined.as_mut().filter(|j| !j.connecting) else { return };
         if self.phase < Phase::Ready {
             return;
         }
         match joined.partner_setups() {
             Ok(Some(partners)) => {
-                joined.connected = true;
+                joined.connecting = true;
                 out.push(Action::Connect(partners));
             }
             Ok(None) => {}
@@ -101,7 +105,12 @@ impl<C: Checks> Participant<C> {
 
     pub(super) fn on_connected(&mut self, answer: Result<(), PluginError>, now: Duration, out: &mut Vec<Action>) {
         match answer {
-            Ok(()) => self.report_probes(now, out),
+            Ok(()) => {
+                if let Some(joined) = &mut self.joined {
+                    joined.connected = true;
+                }
+                self.report_probes(now, out);
+            }
             Err(error) => self.fail_plugin(&error, now, out),
         }
     }

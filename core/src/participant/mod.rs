@@ -19,7 +19,7 @@ use crate::plugin::{PluginError, SolverScene};
 
 pub use api::{Action, Ending, Event, Frame, Identity, Job, Pace};
 pub use inbox::{Inbox, Reject, Taken};
-pub use outbox::{MissingOutput, Outbox};
+pub use outbox::{Outbox, OutputError};
 
 use window::Underway;
 
@@ -31,6 +31,7 @@ enum Phase {
     Ready,
     Probing,
     Running,
+    Failing,
     Ended,
 }
 
@@ -44,6 +45,9 @@ struct Joined {
     inbox: Inbox,
     outbox: Outbox,
     ready: ReadyInfo,
+    /// The plugin has been told its partners.
+    connecting: bool,
+    /// It has taken them.
     connected: bool,
 }
 
@@ -60,6 +64,8 @@ pub struct Participant<C: Checks = AllChecks> {
     committed: u64,
     underway: Underway,
     unsettled: Vec<(u64, Box<Done>)>,
+    /// Why it cannot go on, and since when.
+    failure: Option<(FailureKind, String, Duration)>,
     progress: Progress,
     heard_at: Duration,
     said_at: Duration,
@@ -88,6 +94,7 @@ impl<C: Checks> Participant<C> {
             committed: 0,
             underway: Underway::default(),
             unsettled: Vec::new(),
+            failure: None,
             progress: Progress::default(),
             heard_at: Duration::ZERO,
             said_at: Duration::ZERO,
@@ -131,9 +138,8 @@ impl<C: Checks> Participant<C> {
         if !self.greeted {
             return Duration::ZERO;
         }
-        let repeat = self.said_at + self.pace.repeat;
-        let ask = self.asked_at + self.pace.repeat;
-        repeat.min(ask).min(self.beat_at + self.pace.heartbeat)
+        let repeat = self.said_at.min(self.asked_at) + self.pace.repeat;
+        if self.phase == Phase::Greeting { repeat } else { repeat.min(self.beat_at + self.pace.heartbeat) }
     }
 
     /// Takes one event and says what to do.
@@ -186,20 +192,22 @@ impl<C: Checks> Participant<C> {
             }
             Down::Start => {}
             Down::Grant { until, committed } => self.on_grant(until, committed, now, out),
-            Down::Finish => {
-                self.say(Up::Bye, now, out);
-                self.end(Ending::Finished, out);
-            }
+            Down::Finish => self.leave(Ending::Finished, now, out),
             Down::Abort { reason } => {
-                self.say(Up::Bye, now, out);
-                self.end(Ending::Aborted(reason), out);
+                let own = self.failure.take().map(|(_, message, _)| Ending::Failed(message));
+                self.leave(own.unwrap_or(Ending::Aborted(reason)), now, out);
             }
         }
     }
 
     fn on_data(&mut self, frame: Frame, now: Duration, out: &mut Vec<Action>) {
         let Some(joined) = &mut self.joined else { return };
-        match joined.inbox.take(frame, &self.checks) {
+        let taken = joined.inbox.take(frame, &self.checks);
+        if matches!(taken, Some(Taken::Part)) {
+            // More of it is on its way: it is too early to ask for it again.
+            self.asked_at = now;
+        }
+        match taken {
             Some(Taken::Probe(_)) => self.report_probes(now, out),
             Some(Taken::Whole(_)) if self.phase == Phase::Running => self.advance(now, out),
             Some(Taken::Whole(_)) => {
@@ -244,17 +252,23 @@ impl<C: Checks> Participant<C> {
     fn fail_plugin(&mut self, error: &PluginError, now: Duration, out: &mut Vec<Action>) {
         let kind = match error {
             PluginError::Unsupported(_) => FailureKind::Unsupported,
-            PluginError::Physics(_) => FailureKind::Physics,
+            // After an abort this machine has ended already; without one, the plugin stopped by itself.
+            PluginError::Physics(_) | PluginError::Aborted => FailureKind::Physics,
             PluginError::State(_) => FailureKind::Bus,
-            // The abort that caused it has ended this machine already.
-            PluginError::Aborted => return,
         };
         self.fail(kind, error.to_string(), now, out);
     }
 
+    /// Says why until it is heard: the coordinator answers with an abort.
     fn fail(&mut self, kind: FailureKind, message: String, now: Duration, out: &mut Vec<Action>) {
         self.say(Up::Failed { kind, message: message.clone() }, now, out);
-        self.end(Ending::Failed(message), out);
+        self.phase = Phase::Failing;
+        self.failure = Some((kind, message, now));
+    }
+
+    fn leave(&mut self, ending: Ending, now: Duration, out: &mut Vec<Action>) {
+        self.say(Up::Bye, now, out);
+        self.end(ending, out);
     }
 
     fn end(&mut self, ending: Ending, out: &mut Vec<Action>) {

@@ -1,14 +1,14 @@
 //! What a participant has published and may be asked for again.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::Frame;
 use crate::boundary::{BoundaryState, Impulses, SampleStatics, Vec3};
 use crate::control::RunId;
 use crate::plan::schedule::MessageId;
-use crate::plan::{BoundaryForm, Content, Plan, StreamId};
+use crate::plan::{BoundaryForm, Content, Interface, Plan, StreamId};
 use crate::plugin::Outputs;
-use crate::wire::{self, Origin};
+use crate::wire::{self, Origin, PayloadError};
 
 /// Encodes and keeps messages until they are settled.
 #[derive(Debug)]
@@ -20,12 +20,25 @@ pub struct Outbox {
     kept: BTreeMap<MessageId, Vec<Frame>>,
 }
 
-/// A solver did not answer what its plan promised.
+/// A solver's answer that cannot be sent.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the plugin gave no {what} on `{key}`")]
-pub struct MissingOutput {
-    what: &'static str,
-    key: String,
+pub enum OutputError {
+    /// The plan promises it and the plugin did not give it.
+    #[error("the plugin gave no {what} on `{key}`")]
+    Missing {
+        /// What.
+        what: &'static str,
+        /// Stream.
+        key: String,
+    },
+    /// A number is NaN or infinite.
+    #[error("what the plugin gave on `{key}` has blown up: {error}")]
+    NotFinite {
+        /// Stream.
+        key: String,
+        /// Which number.
+        error: PayloadError,
+    },
 }
 
 impl Outbox {
@@ -61,26 +74,31 @@ impl Outbox {
     /// Encodes what a step gives on one stream; answers the content hash and, for impulses, the impulses.
     ///
     /// # Errors
-    /// [`MissingOutput`] when the plugin left it out.
+    /// [`OutputError`] when the plugin left it out or it has blown up.
     pub fn give<'o>(
         &mut self,
         plan: &Plan,
         id: MessageId,
         outputs: &'o Outputs,
-    ) -> Result<(u64, Option<&'o Impulses>), MissingOutput> {
+    ) -> Result<(u64, Option<&'o Impulses>), OutputError> {
         let stream = &plan.streams[usize::from(id.stream)];
-        let missing = |what| MissingOutput { what, key: stream.key.clone() };
+        let missing = |what| OutputError::Missing { what, key: stream.key.clone() };
+        let blown = |error| OutputError::NotFinite { key: stream.key.clone(), error };
         match &stream.content {
             Content::Statics { .. } => Err(missing("statics")),
             Content::Boundary { body, form } | Content::MidBoundary { body, form } => {
                 let found = outputs.boundaries.iter().find(|b| &b.body == body);
                 let state = &found.ok_or_else(|| missing("boundary"))?.state;
                 fits(*form, state).then_some(()).ok_or_else(|| missing("boundary of the declared form"))?;
+                if let BoundaryState::Samples(samples) = state {
+                    wire::check_samples(samples).map_err(blown)?;
+                }
                 Ok((self.boundary(plan, id, *form, state), None))
             }
             Content::Impulses { interface, .. } => {
                 let found = outputs.impulses.iter().find(|(i, _)| i == interface);
                 let (_, impulses) = found.ok_or_else(|| missing("impulses"))?;
+                wire::check_impulses(impulses).map_err(blown)?;
                 let (count, buffer) = wire::encode_impulses(impulses);
                 Ok((self.keep(plan, id, count, buffer), Some(impulses)))
             }
@@ -152,6 +170,7 @@ pub(super) fn fits(form: BoundaryForm, state: &BoundaryState) -> bool {
 
 /// Part of a rigid body that each resolver may count on: several resolvers together must not count it twice.
 fn share_of(plan: &Plan, stream: StreamId) -> f64 {
-    let resolvers = plan.interfaces.iter().filter(|i| i.carries_impulses() && i.from_b == stream).count();
-    1.0 / resolvers.max(1) as f64
+    let shown = |i: &&Interface| i.carries_impulses() && i.from_b == stream;
+    let resolvers: BTreeSet<_> = plan.interfaces.iter().filter(shown).map(|i| i.a.participant).collect();
+    1.0 / resolvers.len().max(1) as f64
 }

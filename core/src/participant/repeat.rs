@@ -7,6 +7,9 @@ use crate::checks::{Check, Checks};
 use crate::control::{self, PROTOCOL, Resend, Up};
 use crate::plan::schedule::{self, MessageId};
 
+/// How long a failure is repeated before the process leaves without an answer.
+const PATIENCE: Duration = Duration::from_secs(3);
+
 impl<C: Checks> Participant<C> {
     pub(super) fn on_resend(&mut self, bytes: &[u8], out: &mut Vec<Action>) {
         let Some(joined) = &self.joined else { return };
@@ -59,7 +62,8 @@ impl<C: Checks> Participant<C> {
                 let ready = self.joined.as_ref().map(|j| Up::Ready(Box::new(j.ready.clone())));
                 out.extend(ready.map(|r| self.envelope(r)));
             }
-            Phase::Probing => self.on_probe(now, out),
+            Phase::Probing => self.report_probes(now, out),
+            Phase::Failing => self.repeat_failure(now, out),
             Phase::Running if self.checks.on(Check::RepeatDone) => {
                 let again: Vec<Action> =
                     self.unsettled.iter().map(|(_, done)| self.envelope(Up::Done(done.clone()))).collect();
@@ -67,6 +71,16 @@ impl<C: Checks> Participant<C> {
             }
             _ => {}
         }
+    }
+
+    /// Says again why it cannot go on; leaves when nobody seems to want to know.
+    fn repeat_failure(&mut self, now: Duration, out: &mut Vec<Action>) {
+        let Some((kind, message, since)) = self.failure.clone() else { return };
+        if now > since + PATIENCE {
+            return self.end(Ending::Failed(message), out);
+        }
+        let failed = self.envelope(Up::Failed { kind, message });
+        out.push(failed);
     }
 
     /// Asks senders for what is missing.

@@ -6,7 +6,7 @@ use super::{Action, Joined, Participant, Phase};
 use crate::boundary::Impulses;
 use crate::checks::{Check, Checks};
 use crate::control::{Done, FailureKind, Times, Up};
-use crate::participant::Job;
+use crate::participant::{Job, OutputError};
 use crate::plan::schedule::{self, MessageId, Need, Role, StepPlan};
 use crate::plan::{Content, StreamId};
 use crate::plugin::{ImpulseInput, Inputs, Outputs, PartnerInput, PluginError, Report, Step};
@@ -98,9 +98,12 @@ impl<C: Checks> Participant<C> {
                         done.sent.push((interface, j.total(), j.gross()));
                     }
                 }
-                Err(missing) => {
-                    let message = missing.to_string();
-                    return self.fail(FailureKind::Bus, message, now, out);
+                Err(error) => {
+                    let kind = match error {
+                        OutputError::Missing { .. } => FailureKind::Bus,
+                        OutputError::NotFinite { .. } => FailureKind::Physics,
+                    };
+                    return self.fail(kind, error.to_string(), now, out);
                 }
             }
             out.extend(joined.outbox.frames(id).iter().map(|f| Action::Publish(id.stream, f.clone())));
@@ -124,7 +127,7 @@ impl<C: Checks> Participant<C> {
         done.state_hash = state_hash;
         self.underway.window = window + 1;
         self.underway.step = 0;
-        self.progress.window = window + 1;
+        self.progress = crate::control::Progress { window: window + 1, ..Default::default() };
         if let Some(joined) = &mut self.joined {
             forget_used(joined, window + 1);
         }

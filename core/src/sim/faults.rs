@@ -92,9 +92,9 @@ fn spoil<M: serde::Serialize>(envelope: &mut Envelope<M>, how: Forgery) -> Optio
 }
 
 /// A request that nobody made, for something that never was.
-pub(super) fn idle_request(run: [u8; 16], random: &mut Random) -> Vec<u8> {
-    let body = Resend { stream: random.below(64) as u16, index: random.bits() };
-    control::encode(&Envelope { protocol: PROTOCOL, run, epoch: 1, instance: 0, body })
+pub(super) fn idle_request(run: [u8; 16], epoch: u32, random: &mut Random) -> Vec<u8> {
+    let body = Resend { stream: random.below(64) as u16, index: random.below(1 << 20) };
+    control::encode(&Envelope { protocol: PROTOCOL, run, epoch, instance: 0, body })
 }
 
 /// The same bytes with one bit changed.

@@ -80,7 +80,7 @@ pub(super) struct World<'s, C: Checks> {
 /// Virtual time after which a run counts as hanging \[µs\].
 const DEADLINE_US: u64 = 120_000_000;
 pub(super) const RUN: [u8; 16] = *b"simulated run 01";
-const EPOCH: u32 = 7;
+pub(super) const EPOCH: u32 = 7;
 
 fn limits() -> Limits {
     Limits {

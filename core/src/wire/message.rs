@@ -145,6 +145,11 @@ impl Message {
         self.header.length as usize - (self.chunks.len() - 1) * CHUNK_BYTES
     }
 
+    /// Whether nothing has been taken yet.
+    pub fn is_empty(&self) -> bool {
+        self.received == 0
+    }
+
     /// Whether all chunks are there.
     pub fn is_complete(&self) -> bool {
         self.received >= self.chunks.len()

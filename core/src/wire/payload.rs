@@ -5,7 +5,7 @@ use std::ops::Range;
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::arrays::{Reader, Writer, aligned};
-use crate::boundary::{BoundaryState, Impulses, ProxyRecord, SampleStatics, Samples, Vec3, Wrench};
+use crate::boundary::{BoundaryState, Impulses, ProxyRecord, SampleStatics, Samples, Wrench};
 use crate::plan::{BoundaryForm, Content};
 
 /// Bytes that do not hold what their stream carries.
@@ -166,10 +166,29 @@ pub fn decode_boundary(form: BoundaryForm, count: usize, bytes: &[u8]) -> Result
             normal: if has_normals(form) { input.list(count) } else { Vec::new() },
         }
     };
+    check_samples(&samples)?;
+    Ok(BoundaryState::Samples(samples))
+}
+
+/// Whether all numbers of a set of samples are finite: asked by the sender, who is to blame, and by the reader.
+///
+/// # Errors
+/// [`PayloadError::NotFinite`].
+pub fn check_samples(samples: &Samples) -> Result<(), PayloadError> {
     finite("position", samples.position.as_flattened())?;
     finite("velocity", samples.velocity.as_flattened())?;
-    finite("normal", samples.normal.as_flattened())?;
-    Ok(BoundaryState::Samples(samples))
+    finite("normal", samples.normal.as_flattened())
+}
+
+/// Whether all impulses are finite.
+///
+/// # Errors
+/// [`PayloadError::NotFinite`].
+pub fn check_impulses(impulses: &Impulses) -> Result<(), PayloadError> {
+    match impulses {
+        Impulses::Samples(each) => finite("impulse", each.as_flattened()),
+        Impulses::Rigid(w) => finite("impulse", [w.linear, w.angular].as_flattened()),
+    }
 }
 
 fn decode_proxy(n: &[f64]) -> Result<ProxyRecord, PayloadError> {
@@ -249,12 +268,11 @@ pub fn decode_impulses(form: BoundaryForm, count: usize, bytes: &[u8]) -> Result
     let mut input = Reader(bytes);
     if form == BoundaryForm::Proxy {
         let n = input.list::<f64>(WRENCH_NUMBERS);
-        finite("impulse", &n)?;
-        return Ok(Impulses::Rigid(Wrench { linear: [n[0], n[1], n[2]], angular: [n[3], n[4], n[5]] }));
+        let wrench = Impulses::Rigid(Wrench { linear: [n[0], n[1], n[2]], angular: [n[3], n[4], n[5]] });
+        return check_impulses(&wrench).map(|()| wrench);
     }
-    let each: Vec<Vec3> = input.list(count);
-    finite("impulse", each.as_flattened())?;
-    Ok(Impulses::Samples(each))
+    let each = Impulses::Samples(input.list(count));
+    check_impulses(&each).map(|()| each)
 }
 
 /// Whether `bytes` can hold `count` elements; after this nothing is allocated that they do not fill.
