@@ -19,6 +19,17 @@ pub struct SampleStatics {
 }
 
 impl SampleStatics {
+    /// `n` points that share a mass \[kg\] each and have neither area nor volume, numbered from 0.
+    pub fn equal(n: usize, mass_each_kg: f64) -> Self {
+        let nothing = vec![0.0; n];
+        Self {
+            id: (0..n as u64).collect(),
+            area_m2: nothing.clone(),
+            volume_m3: nothing,
+            mass_kg: vec![mass_each_kg; n],
+        }
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.id.len()
@@ -71,6 +82,20 @@ pub enum BoundaryState {
     Samples(Samples),
     /// A rigid body.
     Proxy(ProxyRecord),
+}
+
+impl Samples {
+    /// Whether every number is one.
+    pub fn is_finite(&self) -> bool {
+        self.position.iter().chain(&self.velocity).chain(&self.normal).flatten().all(|c| c.is_finite())
+    }
+}
+
+impl BoundaryState {
+    /// Points without normals.
+    pub fn points(position: &[Vec3], velocity: &[Vec3]) -> Self {
+        Self::Samples(Samples { position: position.into(), velocity: velocity.into(), normal: Vec::new() })
+    }
 }
 
 /// Impulse of a window on one body of a partner.
@@ -137,6 +162,15 @@ impl Impulses {
         }
     }
 
+    /// What the other side takes: the same impulses with the other sign.
+    #[must_use]
+    pub fn negated(&self) -> Self {
+        match self {
+            Self::Samples(each) => Self::Samples(each.iter().map(|&j| scale(j, -1.0)).collect()),
+            Self::Rigid(wrench) => Self::Rigid(wrench.negated()),
+        }
+    }
+
     /// The same shape with every impulse zero.
     #[must_use]
     pub fn zeroed(&self) -> Self {
@@ -189,5 +223,38 @@ mod tests {
         // All numbers are short binary fractions: the sums are exact.
         let bits = |v: Vec3| v.map(f64::to_bits);
         assert_eq!(bits(moment(new, wrench.about(old, new))), bits(moment(old, wrench)));
+    }
+
+    #[test]
+    fn equal_points_have_a_mass_and_nothing_else() {
+        let three = SampleStatics::equal(3, 0.5);
+        assert_eq!((three.len(), &three.id[..]), (3, &[0, 1, 2][..]));
+        assert_eq!((three.mass_kg, three.area_m2, three.volume_m3), (vec![0.5; 3], vec![0.0; 3], vec![0.0; 3]));
+        assert!(SampleStatics::equal(0, 0.5).is_empty());
+    }
+
+    #[test]
+    fn action_and_reaction_cancel() {
+        let samples = Impulses::Samples(vec![[1.0, -2.0, 0.5], [3.0, 0.0, 0.25]]);
+        let rigid = Impulses::Rigid(Wrench { linear: [1.0, -2.0, 0.5], angular: [3.0, 0.0, 0.25] });
+        for given in [samples, rigid] {
+            let both = add(given.total(), given.negated().total());
+            assert_eq!(both.map(f64::to_bits), [0; 3]);
+            assert_eq!(given.negated().negated(), given);
+        }
+    }
+
+    #[test]
+    fn a_sample_is_finite_when_all_its_numbers_are() {
+        let spoiled = |bad: f64, column: usize| {
+            let mut columns = [[1.0, 2.0, 3.0]; 2];
+            columns[column][1] = bad;
+            let BoundaryState::Samples(samples) = BoundaryState::points(&columns[..1], &columns[1..]) else {
+                panic!("not samples");
+            };
+            samples.is_finite()
+        };
+        assert!(spoiled(0.0, 0) && spoiled(0.0, 1));
+        assert!(!spoiled(f64::NAN, 0) && !spoiled(f64::INFINITY, 1));
     }
 }

@@ -117,7 +117,10 @@ fn a_frame_that_contradicts_itself_does_not_hold_the_place_of_the_right_one() {
 fn who_greets_after_the_end_is_told_so() {
     let scenario = Scenario::from_seed(0);
     let mut coordinator = running(&scenario);
-    coordinator.on(Event::Up(0, said(Up::Failed { kind: control::FailureKind::Physics, message: "x".into() })), Duration::ZERO);
+    coordinator.on(
+        Event::Up(0, said(Up::Failed { kind: control::FailureKind::Physics, message: "x".into() })),
+        Duration::ZERO,
+    );
     let hello = Up::Hello { name: "p0".into(), pid: 1, protocol: [1, 1], descriptor: String::new() };
     let actions = coordinator.on(Event::Up(0, said(hello)), Duration::ZERO);
     let told = actions.iter().any(|a| {

@@ -11,7 +11,7 @@ Exit codes:
     2  the command line makes no sense
     3  the scene, or a file named by it or by the command line, cannot be used
     4  the physics left the range in which a result means anything
-    5  a solver process died or fell silent, or the bus failed
+    5  a solver process died, fell silent or broke the protocol, or the bus failed
     6  this machine lacks something: a plugin, a permission, space
     7  the run ended, but a verdict says that its result is not to be trusted
   130  stopped by the user";
@@ -23,6 +23,10 @@ Examples:
   cosplat check my-scene.toml                   say what a run would do, without running
   cosplat run my-scene.toml --set clock.window=0.005
   cosplat plugins                               list the solvers found on this machine";
+
+const INSIDE: &str = "\
+Each solver of a run is a process of its own. For the built-in plugins it is this program again, started as `cosplat \
+solver NAME`; `cosplat solver --help` says more.";
 
 const RUN_EXAMPLES: &str = "\
 Examples:
@@ -57,7 +61,7 @@ pub(crate) struct Cli {
 }
 
 fn long_after_help() -> String {
-    format!("{EXAMPLES}\n\n{EXIT_CODES}")
+    format!("{EXAMPLES}\n\n{INSIDE}\n\n{EXIT_CODES}")
 }
 
 /// Commands.
@@ -66,6 +70,8 @@ pub(crate) enum Command {
     /// Run a scene
     Run(RunArgs),
     /// Say what a run of a scene would do, without running it
+    ///
+    /// Plugins are asked what they can do, so programs that the scene names as `command` are started with `--describe`.
     Check(CheckArgs),
     /// List the solver plugins found on this machine
     Plugins(PluginsArgs),

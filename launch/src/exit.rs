@@ -19,7 +19,7 @@ pub(crate) enum Code {
     Scene = 3,
     /// The physics left the range in which a result means anything.
     Physics = 4,
-    /// A solver process died or fell silent, or the bus failed.
+    /// A solver process died, fell silent or broke the protocol, or the bus failed.
     Process = 5,
     /// This machine lacks something: a plugin, a permission, space.
     Environment = 6,
@@ -110,9 +110,8 @@ impl Error {
     pub(crate) fn io(doing: &str, path: &Path, error: &io::Error) -> Self {
         let mut problem = Problem::new(format!("Cannot {doing} `{}`", path.display())).at(path).because(error);
         problem.hint = match error.kind() {
-            io::ErrorKind::PermissionDenied => Some("choose a folder that you may write to with `--out DIR`".into()),
             io::ErrorKind::StorageFull => Some("free some space, or choose another disk with `--out DIR`".into()),
-            _ => None,
+            _ => Some("choose a folder that you may write to with `--out DIR`".into()),
         };
         Self::new(Code::Environment, problem)
     }

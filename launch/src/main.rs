@@ -10,6 +10,7 @@ mod prepare;
 mod progress;
 mod render;
 mod report;
+mod scene_place;
 mod scene_source;
 mod supervise;
 mod verdict;
@@ -55,7 +56,7 @@ fn finish(format: Format, result: Result<Code, Error>) -> ExitCode {
         Ok(code) => return code.into(),
         Err(error) => error,
     };
-    eprint!("{}", render::error(Paint::stderr(), &error));
+    render::talk(&render::error(Paint::stderr(), &error));
     if format == Format::Json {
         let text = serde_json::json!({
             "status": "failed",
@@ -76,7 +77,7 @@ fn usage(error: &clap::Error) -> ExitCode {
         && let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand)
         && scene_source::looks_like_scene(word)
     {
-        eprintln!("\n{} to run a scene, write `cosplat run {word}`", Paint::stderr().cyan("hint:"));
+        render::talk(&format!("\n{} to run a scene, write `cosplat run {word}`", Paint::stderr().cyan("hint:")));
     }
     ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(Code::Usage as u8))
 }

@@ -16,6 +16,7 @@ use crate::hint::{list, near_miss};
 use crate::plugins::describe::describe;
 use crate::plugins::discover::{Candidate, Places};
 use crate::render::Paint;
+use crate::scene_place;
 use crate::scene_source::{self, Source};
 
 /// A scene that can run.
@@ -26,8 +27,8 @@ pub(crate) struct Prepared {
     pub(crate) scene: Scene,
     /// What is allowed but odd about it.
     pub(crate) warnings: Vec<Problem>,
-    /// Plugins by name, with what was found.
-    pub(crate) plugins: BTreeMap<String, (Candidate, Descriptor)>,
+    /// What each process runs, by its name.
+    pub(crate) plugins: Plugins,
     /// Who runs, what couples, when.
     pub(crate) plan: Plan,
     /// Each participant's part of the scene, in plan order.
@@ -47,14 +48,15 @@ impl Prepared {
 
     fn per_participant<T>(&self, of: impl Fn(&Candidate, &Descriptor) -> T) -> Vec<T> {
         // The plan was built from these plugins, so none is missing.
-        let plugins = self.plan.participants.iter().filter_map(|p| self.plugins.get(&p.plugin));
+        let plugins = self.plan.participants.iter().filter_map(|p| self.plugins.get(&p.name));
         plugins.map(|(candidate, descriptor)| of(candidate, descriptor)).collect()
     }
 
     /// The plugins for the record of the run.
     pub(crate) fn plugin_records(&self) -> Vec<PluginRecord> {
-        let record = |(name, (candidate, descriptor)): (&String, &(Candidate, Descriptor))| PluginRecord {
-            name: name.clone(),
+        let record = |(process, (candidate, descriptor)): (&String, &(Candidate, Descriptor))| PluginRecord {
+            process: process.clone(),
+            name: descriptor.name.clone(),
             version: descriptor.version.clone(),
             command: candidate.command.iter().map(|w| w.to_string_lossy().into_owned()).collect(),
         };
@@ -78,25 +80,22 @@ pub(crate) async fn prepare(wanted: &str, changes: &SceneArgs, paint: Paint) -> 
     let folder = source.file.as_deref().and_then(Path::parent).unwrap_or(Path::new("")).to_owned();
     let folder = std::path::absolute(&folder).unwrap_or(folder);
     let plugins = find_plugins(&scene, &folder).await?;
-    let descriptors = plugins.iter().map(|(name, (_, d))| (name.clone(), d.clone())).collect();
     let cores = available_parallelism().map_or(1, usize::from);
-    let (plan, scenes) = build(&scene, &descriptors, cores).map_err(|refusals| {
-        let problem = |r: &cosplat_core::plan::Refusal| Problem {
-            file: Some(source.shown.clone()),
-            ..Problem::new(format!("{}: {}", upper_first(&r.what), r.why))
-        };
+    let (plan, scenes) = build(&scene, &descriptors(&plugins)?, cores).map_err(|refusals| {
+        let problem = |refusal| scene_place::problem_of(paint, &source, refusal);
         Error { code: Code::Scene, problems: refusals.iter().map(problem).collect() }
     })?;
     Ok(Prepared { source, scene, warnings, plugins, plan, scenes })
 }
 
+/// What each process runs, by its name.
+type Plugins = BTreeMap<String, (Candidate, Descriptor)>;
+
 /// Finds and asks the plugins of all processes that have bodies, and reports all that cannot be used.
-async fn find_plugins(scene: &Scene, folder: &Path) -> Result<BTreeMap<String, (Candidate, Descriptor)>, Error> {
+async fn find_plugins(scene: &Scene, folder: &Path) -> Result<Plugins, Error> {
     let places = Places::of_this_program();
-    let mut plugins: BTreeMap<String, (Candidate, Descriptor)> = BTreeMap::new();
-    let mut failed = Vec::new();
-    let mut code = Code::Environment;
-    let mut asked: Vec<(String, Candidate)> = Vec::new();
+    let mut plugins = Plugins::new();
+    let mut failed: Vec<Problem> = Vec::new();
     let mut processes: Vec<&str> = scene.bodies.iter().map(|b| b.solver.as_str()).collect();
     processes.sort_unstable();
     processes.dedup();
@@ -112,28 +111,38 @@ async fn find_plugins(scene: &Scene, folder: &Path) -> Result<BTreeMap<String, (
                 }
             },
         };
-        if let Some((_, known)) = asked.iter().find(|(name, _)| name == plugin) {
-            if *known != candidate {
-                code = Code::Scene;
-                failed.push(two_commands(plugin, known, &candidate));
-            }
-            continue;
-        }
-        asked.push((plugin.to_owned(), candidate.clone()));
-        match describe(&candidate).await {
-            Ok(descriptor) => drop(plugins.insert(plugin.to_owned(), (candidate, descriptor))),
+        // Many processes may run the same plugin; one answer is enough.
+        let known = plugins.values().find(|(c, _)| *c == candidate).map(|(_, descriptor)| descriptor.clone());
+        let answer = match known {
+            Some(descriptor) => Ok(descriptor),
+            None => describe(&candidate).await,
+        };
+        match answer {
+            Ok(descriptor) => drop(plugins.insert(process.to_owned(), (candidate, descriptor))),
             Err(refusal) => failed.extend(refusal.into_error(&candidate).problems),
         }
     }
     failed.dedup();
-    if failed.is_empty() { Ok(plugins) } else { Err(Error { code, problems: failed }) }
+    if failed.is_empty() { Ok(plugins) } else { Err(Error { code: Code::Environment, problems: failed }) }
 }
 
-fn two_commands(plugin: &str, one: &Candidate, other: &Candidate) -> Problem {
-    Problem::new(format!("Two processes start the plugin `{plugin}` differently"))
-        .because(one.place())
-        .because(other.place())
-        .hint("give one of them another name with `plugin = \"…\"` in its `[solver.NAME]`")
+/// Descriptors by the name of their plugin.
+///
+/// # Errors
+/// Two processes start what they call the same plugin, and it is not.
+fn descriptors(plugins: &Plugins) -> Result<BTreeMap<String, Descriptor>, Error> {
+    let mut by_name: BTreeMap<String, (&Candidate, &Descriptor)> = BTreeMap::new();
+    for (candidate, descriptor) in plugins.values() {
+        let (known, first) = by_name.entry(candidate.name.clone()).or_insert((candidate, descriptor));
+        if *first != descriptor {
+            let problem = Problem::new(format!("Two processes run different plugins as `{}`", candidate.name))
+                .because(known.place())
+                .because(candidate.place())
+                .hint("give one of them another name with `plugin = \"…\"` in its `[solver.NAME]`");
+            return Err(Error::new(Code::Scene, problem));
+        }
+    }
+    Ok(by_name.into_iter().map(|(name, (_, descriptor))| (name, descriptor.clone())).collect())
 }
 
 /// Gives other plugins to what goes by `key`: a body, a material, a process, or a plugin, in this order.
@@ -202,11 +211,6 @@ fn nothing_selected(scene: &Scene, key: &str, plugin: &str) -> Error {
         None => problem.hint("name a body, a material, a process or a plugin of the scene"),
     };
     Error::new(Code::Usage, problem)
-}
-
-fn upper_first(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 #[cfg(test)]

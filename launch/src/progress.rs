@@ -7,12 +7,12 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::render::{Paint, printable};
+use crate::render::{Paint, printable, talk};
 
 /// Between two lines where there is no terminal.
 const LINE_EVERY: Duration = Duration::from_secs(5);
-/// Redraws of the bar per second.
-const DRAWS_PER_S: u8 = 10;
+/// Between two changes of the bar: windows may be much shorter than anybody can read.
+const DRAW_EVERY: Duration = Duration::from_millis(100);
 
 /// Says how far a run is.
 pub(crate) struct Progress {
@@ -23,6 +23,7 @@ pub(crate) struct Progress {
     simulated_s: f64,
     /// Start of the first window.
     started: Option<Instant>,
+    /// Last line or change of the bar.
     said: Instant,
 }
 
@@ -30,8 +31,7 @@ impl Progress {
     /// For a run of `windows` windows that last `duration_s` \[s\] together.
     pub(crate) fn new(windows: u64, duration_s: f64, is_quiet: bool) -> Self {
         let bar = (!is_quiet && std::io::stderr().is_terminal()).then(|| {
-            let target = ProgressDrawTarget::stderr_with_hz(DRAWS_PER_S);
-            let bar = ProgressBar::with_draw_target(Some(windows), target);
+            let bar = ProgressBar::with_draw_target(Some(windows), ProgressDrawTarget::stderr());
             // A template that does not parse would leave the default one, which also does.
             if let Ok(style) = ProgressStyle::with_template("{prefix:>7} {wide_bar} {msg}") {
                 bar.set_style(style.progress_chars("█▉▊▋▌▍▎▏ "));
@@ -66,9 +66,12 @@ impl Progress {
     /// So many windows are settled, which end at `end_s` \[s\].
     pub(crate) fn settled(&mut self, windows: u64, end_s: f64) {
         self.simulated_s = end_s;
-        if let Some(bar) = &self.bar {
-            bar.set_position(windows);
+        if let Some(bar) = &self.bar
+            && self.said.elapsed() >= DRAW_EVERY
+        {
+            self.said = Instant::now();
             bar.set_message(self.position());
+            bar.set_position(windows);
         }
     }
 
@@ -100,8 +103,8 @@ impl Progress {
 
     fn print(&self, line: &str) {
         match &self.bar {
-            Some(bar) => bar.suspend(|| eprintln!("{line}")),
-            None => eprintln!("{line}"),
+            Some(bar) => bar.suspend(|| talk(line)),
+            None => talk(line),
         }
     }
 }

@@ -167,6 +167,21 @@ pub(crate) fn print(text: &str) -> Result<(), Error> {
     }
 }
 
+/// A result as JSON, with its fields in the order of their documentation.
+///
+/// # Errors
+/// It has no JSON form.
+pub(crate) fn json(value: &impl serde::Serialize) -> Result<String, Error> {
+    let text = serde_json::to_string_pretty(value)
+        .map_err(|e| Error::new(Code::Environment, Problem::new("The result has no JSON form").because(e)))?;
+    Ok(text + "\n")
+}
+
+/// Says something on standard error. A terminal that is gone must not take the run with it.
+pub(crate) fn talk(text: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{}", text.trim_end_matches('\n'));
+}
+
 /// The text with every control character as one space, so that a file or a plugin cannot steer a terminal.
 pub(crate) fn printable(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()

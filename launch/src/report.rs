@@ -52,14 +52,18 @@ pub(crate) fn human(summary: &Summary, folder: &Path, paint: Paint) -> String {
     lines.lines.concat()
 }
 
-/// `viewer: nobody asked for it (0.1 of 0.25), saved not measured`.
+/// `process x: no body belongs to it (0 of 1); saves one process`.
 pub(crate) fn left_out_line(left_out: &LeftOut) -> String {
     let numbers = match (left_out.indicator, left_out.limit) {
         (Some(indicator), Some(limit)) => format!(" ({} of {})", number(indicator), number(limit)),
         (Some(indicator), None) => format!(" ({})", number(indicator)),
         _ => String::new(),
     };
-    printable(&format!("{}: {}{numbers}; saved: {}", left_out.what, left_out.why, left_out.saved))
+    let saved = match left_out.saved.as_str() {
+        "" | "not measured" => String::new(),
+        saved => format!("; saves {saved}"),
+    };
+    printable(&format!("{}: {}{numbers}{saved}", left_out.what, left_out.why))
 }
 
 struct Lines {

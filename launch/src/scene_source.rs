@@ -15,8 +15,11 @@ use crate::render::{Paint, problem_of};
 pub(crate) const DEFAULT: &str = "oscillator";
 
 /// Scenes inside this program, by name.
-const BUILT_IN: [(&str, &str); 2] =
-    [("oscillator", include_str!("../scenes/oscillator.toml")), ("two-tops", include_str!("../scenes/two-tops.toml"))];
+const BUILT_IN: [(&str, &str); 3] = [
+    ("ball-on-block", include_str!("../scenes/ball-on-block.toml")),
+    ("oscillator", include_str!("../scenes/oscillator.toml")),
+    ("two-tops", include_str!("../scenes/two-tops.toml")),
+];
 
 /// Largest scene file that is read; a scene is text written by hand.
 const LARGEST_BYTES: u64 = 16 << 20;

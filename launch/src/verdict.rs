@@ -50,6 +50,42 @@ impl ClosureGate {
     }
 }
 
+/// Closure of a process over a run, linear and angular, whichever is larger.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Closure {
+    /// In the window that comes nearest to its limit or goes furthest beyond.
+    pub(crate) worst: f64,
+    /// Limit of that window.
+    limit: f64,
+    /// Sum of all windows, which the defect of the run cannot exceed.
+    sum: f64,
+}
+
+impl Default for Closure {
+    fn default() -> Self {
+        Self { worst: 0.0, limit: f64::INFINITY, sum: 0.0 }
+    }
+}
+
+impl Closure {
+    /// Takes the closure of a window and its limit. What is no number is the worst of all, and stays.
+    pub(crate) fn add(&mut self, value: f64, limit: f64) {
+        let is_worse = value.is_nan() || value / limit >= self.worst / self.limit;
+        if is_worse && !self.worst.is_nan() {
+            (self.worst, self.limit) = (value, limit);
+        }
+        self.sum += value;
+    }
+
+    /// Judges the worst window, and the run by its own limit.
+    pub(crate) fn verdicts(&self, process: &str, run_limit: f64) -> [Verdict; 2] {
+        [
+            Verdict::new("closure-window", process, self.worst, self.limit),
+            Verdict::new("closure-run", process, self.sum, run_limit),
+        ]
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

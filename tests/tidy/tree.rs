@@ -14,7 +14,15 @@ pub(crate) fn root() -> PathBuf {
 
 /// Every file that is or could be committed, relative to [`root`], with `/` between its parts, in order.
 pub(crate) fn files() -> Vec<String> {
-    let mut found = listed_by_git().unwrap_or_else(walked);
+    present(listed_by_git(&["--cached", "--others", "--exclude-standard"]).unwrap_or_else(walked))
+}
+
+/// Every file that is committed or about to be; all files where there is no git.
+pub(crate) fn tracked() -> Vec<String> {
+    present(listed_by_git(&["--cached"]).unwrap_or_else(walked))
+}
+
+fn present(mut found: Vec<String>) -> Vec<String> {
     // A file that was removed and not yet committed is still listed.
     found.retain(|path| root().join(path).is_file());
     found.sort();
@@ -27,10 +35,9 @@ pub(crate) fn files() -> Vec<String> {
     found
 }
 
-/// What git tracks or would add; nothing where there is no git or no repository.
-fn listed_by_git() -> Option<Vec<String>> {
-    let list = ["ls-files", "-z", "--cached", "--others", "--exclude-standard"];
-    let answer = Command::new("git").arg("-C").arg(root()).args(list).output().ok()?;
+/// What git lists when asked so; nothing where there is no git or no repository.
+fn listed_by_git(which: &[&str]) -> Option<Vec<String>> {
+    let answer = Command::new("git").arg("-C").arg(root()).args(["ls-files", "-z"]).args(which).output().ok()?;
     let text = String::from_utf8(answer.stdout).ok()?;
     let files: Vec<String> = text.split('\0').filter(|path| !path.is_empty()).map(str::to_owned).collect();
     (answer.status.success() && !files.is_empty()).then_some(files)
@@ -91,6 +98,6 @@ fn git_and_a_walk_find_the_same_sources() {
         files.sort();
         files
     };
-    let Some(listed) = listed_by_git() else { return };
+    let Some(listed) = listed_by_git(&["--cached", "--others", "--exclude-standard"]) else { return };
     assert_eq!(sources(listed), sources(walked()), "`.gitignore` or the list of made folders hides a source file");
 }

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::control::PROTOCOL;
 use crate::plan::BoundaryForm;
 use crate::scene::ProbeQuantity;
 
@@ -61,8 +62,44 @@ pub struct Saves {
 }
 
 impl Descriptor {
+    /// A plugin that can do nothing yet: to be completed with `..Descriptor::new(…)`.
+    ///
+    /// It speaks the present protocol, shows samples in double precision without normals, saves its state completely and
+    /// takes no parameters.
+    pub fn new(name: &str, version: &str, summary: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            version: version.to_owned(),
+            summary: summary.to_owned(),
+            protocol: [PROTOCOL; 2],
+            body_kinds: Vec::new(),
+            materials: Vec::new(),
+            roles: Vec::new(),
+            boundary: BoundaryForm::SamplesF64 { normals: false },
+            features: Vec::new(),
+            probes: Vec::new(),
+            saves: Saves { bytes: true, deterministic: true },
+            params_schema: serde_json::json!({ "type": "object", "properties": {}, "additionalProperties": false }),
+        }
+    }
+
     /// Whether it lists that feature.
     pub fn has_feature(&self, feature: &str) -> bool {
         self.features.iter().any(|f| f == feature)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_new_descriptor_lists_nothing_and_takes_no_parameter() {
+        let plain = Descriptor::new("mine", "1.2.3", "does nothing");
+        assert_eq!((&plain.name[..], plain.protocol), ("mine", [PROTOCOL; 2]));
+        assert!(plain.body_kinds.is_empty() && plain.roles.is_empty() && !plain.has_feature("statics"));
+        assert_eq!(plain.params_schema["additionalProperties"], false);
+        let able = Descriptor { features: vec!["statics".into()], ..plain };
+        assert!(able.has_feature("statics") && !able.has_feature("links"));
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::boundary::{BoundaryState, Impulses, Vec3, Wrench, add, scale, sub};
+use crate::boundary::{BoundaryState, Impulses, Vec3, Wrench, add, cross, norm, scale, sub};
 use crate::plan::InterfaceId;
 use crate::scene::MotionRule;
 
@@ -156,6 +156,31 @@ pub struct BodyState {
     pub max_displacement_m: f64,
 }
 
+impl BodyState {
+    /// A body of equal points of `mass` \[kg\] each, at `x` \[m\] with velocities `v` \[m/s\], that started at `start` \[m\].
+    ///
+    /// Points have no orientation of their own, so that the body has none and no angular velocity; what they turn about
+    /// each other is in the momentum.
+    pub fn of_points(mass: f64, x: &[Vec3], v: &[Vec3], start: &[Vec3]) -> Self {
+        let sum = |all: &mut dyn Iterator<Item = Vec3>| all.reduce(add).unwrap_or_default();
+        let mean = |all: &[Vec3]| sum(&mut all.iter().copied()).map(|c| c / all.len().max(1) as f64);
+        let momentum = || v.iter().map(|&v| scale(v, mass));
+        Self {
+            mass_kg: mass * x.len() as f64,
+            position_m: mean(x),
+            orientation: [0.0, 0.0, 0.0, 1.0],
+            linear_velocity_m_s: mean(v),
+            angular_velocity_rad_s: [0.0; 3],
+            momentum: Wrench {
+                linear: sum(&mut momentum()),
+                angular: sum(&mut x.iter().zip(momentum()).map(|(&x, p)| cross(x, p))),
+            },
+            gross_momentum: momentum().map(norm).sum(),
+            max_displacement_m: x.iter().zip(start).map(|(&x, &s)| norm(sub(x, s))).fold(0.0, f64::max),
+        }
+    }
+}
+
 /// Energies of a solver \[J\].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energy {
@@ -180,4 +205,37 @@ pub struct InterfaceReport {
     pub work_j: f64,
     /// Largest distance or speed by which the partner's stand-in differed from the partner; 0 where not known.
     pub residual: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_state_of_a_body_is_the_sum_over_its_points() {
+        let (start, x) = ([[0.0; 3], [2.0, 0.0, 0.0]], [[0.0, 3.0, 0.0], [2.0, 0.0, 4.0]]);
+        let v = [[1.0, 0.0, 0.0], [0.0, 0.0, -3.0]];
+        let expected = BodyState {
+            mass_kg: 1.0,
+            position_m: [1.0, 1.5, 2.0],
+            orientation: [0.0, 0.0, 0.0, 1.0],
+            linear_velocity_m_s: [0.5, 0.0, -1.5],
+            angular_velocity_rad_s: [0.0; 3],
+            momentum: Wrench { linear: [0.5, 0.0, -1.5], angular: [0.0, 3.0, -1.5] },
+            gross_momentum: 2.0,
+            max_displacement_m: 4.0,
+        };
+        // All numbers are short binary fractions: the sums are exact.
+        assert_eq!(BodyState::of_points(0.5, &x, &v, &start), expected);
+    }
+
+    #[test]
+    fn a_lone_point_keeps_its_bits() {
+        let (x, v, mass) = ([0.1, -0.2, 0.7], [1.3, -0.0, 0.9], 1.7);
+        let state = BodyState::of_points(mass, &[x], &[v], &[x]);
+        let bits = |v: Vec3| v.map(f64::to_bits);
+        assert_eq!((bits(state.position_m), bits(state.linear_velocity_m_s)), (bits(x), bits(v)));
+        assert_eq!(bits(state.momentum.linear), bits(scale(v, mass)));
+        assert_eq!(BodyState::of_points(mass, &[], &[], &[]).position_m.map(f64::to_bits), [0; 3]);
+    }
 }

@@ -3,15 +3,24 @@
 //! A plugin only computes. It opens no socket, reads no clock, writes no file and starts no process; the host loop
 //! around it does all that, and is the same for every plugin.
 
+mod budget;
 mod descriptor;
 mod exchange;
+#[cfg(test)]
+mod fixtures;
+mod heard;
+mod points;
+mod refusals;
 mod scene;
 mod state;
 
+pub use budget::Budget;
 pub use descriptor::{BodyKind, Descriptor, InterfaceRole, Saves};
 pub use exchange::{
     BodyState, BoundaryOutput, Energy, ImpulseInput, Inputs, InterfaceReport, Outputs, PartnerInput, Report,
 };
+pub use points::Points;
+pub use refusals::Refusals;
 pub use scene::{InterfaceView, PartnerSetup, Setup, SetupBoundary, SolverScene, Step, ViewRole};
 pub use state::{StateError, StateHasher, StateReader, StateSink};
 

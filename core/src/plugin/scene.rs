@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::PluginError;
 use super::exchange::Report;
 use crate::boundary::{BoundaryState, SampleStatics};
 use crate::plan::{BoundaryForm, InterfaceId, LeftOut};
@@ -37,6 +38,35 @@ pub struct SolverScene {
     pub interfaces: Vec<InterfaceView>,
     /// Plugin parameters.
     pub params: serde_json::Map<String, serde_json::Value>,
+}
+
+impl SolverScene {
+    /// Whether a body has an interface, so that its boundary must be shown.
+    pub fn is_coupled(&self, body: &str) -> bool {
+        self.interfaces.iter().any(|i| i.own == body)
+    }
+
+    /// A parameter that is a number.
+    ///
+    /// # Errors
+    /// [`PluginError::Unsupported`] where the scene sets it to something else.
+    pub fn number(&self, param: &str, default: f64) -> Result<f64, PluginError> {
+        let Some(value) = self.params.get(param) else { return Ok(default) };
+        let found = value.as_f64().filter(|v| v.is_finite());
+        found.ok_or_else(|| PluginError::Unsupported(format!("parameter `{param}` is `{value}`, which is no number")))
+    }
+
+    /// The static colliders of a scene, as left out by a plugin that has none.
+    pub fn left_out_statics(&self, plugin: &str) -> Vec<LeftOut> {
+        let one = |wall: &StaticCollider| LeftOut {
+            what: format!("static collider `{}`", wall.name),
+            why: format!("plugin `{plugin}` takes no static colliders"),
+            indicator: None,
+            limit: None,
+            saved: "not measured".to_owned(),
+        };
+        self.statics.iter().map(one).collect()
+    }
 }
 
 /// An interface as seen from one side.
@@ -140,5 +170,50 @@ impl Step {
     /// The step over `span` of `window`.
     pub fn new(clock: &Clock, window: u64, span: Span) -> Self {
         Self { window, span, start_s: clock.seconds(span.from), length_s: clock.seconds(span.ticks()) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixtures::scene;
+    use super::*;
+    use crate::scene::{Pose, Source, Wall};
+
+    #[test]
+    fn a_body_is_coupled_when_an_interface_names_it() {
+        let scene = scene();
+        assert!(scene.is_coupled("cloud") && !scene.is_coupled("mud"));
+    }
+
+    #[test]
+    fn a_number_is_the_scene_s_or_the_default_s() {
+        let mut scene = scene();
+        let bits = |found: Result<f64, PluginError>| found.map(f64::to_bits);
+        assert_eq!(bits(scene.number("drag", 1.5)), Ok(1.5_f64.to_bits()));
+        scene.params.insert("drag".into(), 2.into());
+        assert_eq!(bits(scene.number("drag", 1.5)), Ok(2.0_f64.to_bits()));
+        scene.params.insert("drag".into(), "much".into());
+        let why = scene.number("drag", 1.5).unwrap_err().to_string();
+        assert_eq!(why, "parameter `drag` is `\"much\"`, which is no number");
+    }
+
+    #[test]
+    fn every_static_collider_is_left_out_by_name() {
+        let mut scene = scene();
+        assert!(scene.left_out_statics("tester").is_empty());
+        scene.statics = ["floor", "wall"]
+            .map(|name| StaticCollider {
+                name: name.into(),
+                source: Source::Plane { size_m: None },
+                pose: Pose { position_m: [0.0; 3], orientation: [0.0, 0.0, 0.0, 1.0] },
+                wall: Wall::Slip,
+                motion: None,
+                color: None,
+            })
+            .into();
+        let left_out = scene.left_out_statics("tester");
+        let what: Vec<&str> = left_out.iter().map(|l| l.what.as_str()).collect();
+        assert_eq!(what, ["static collider `floor`", "static collider `wall`"]);
+        assert!(left_out.iter().all(|l| l.why == "plugin `tester` takes no static colliders"));
     }
 }

@@ -9,7 +9,7 @@ use crate::exit::{Code, Error, Problem};
 use crate::folder::summary::LeftOut;
 use crate::hint::count;
 use crate::prepare::{Prepared, prepare};
-use crate::render::{Paint, print, printable, table};
+use crate::render::{Paint, json, print, printable, table, talk};
 use crate::report::left_out_line;
 use crate::supervise::signals::Signals;
 
@@ -72,11 +72,11 @@ pub(crate) async fn check(args: &CheckArgs, signals: &mut Signals) -> Result<Cod
         _ = signals.next() => return Ok(Code::Interrupted),
     };
     for warning in &prepared.warnings {
-        eprintln!("{}", warning.drawn.as_deref().unwrap_or(&warning.message));
+        talk(warning.drawn.as_deref().unwrap_or(&warning.message));
     }
     let check = Check::of(&prepared);
     match args.format {
-        Format::Json => print(&format!("{:#}\n", serde_json::json!(check)))?,
+        Format::Json => print(&json(&check)?)?,
         Format::Human => print(&check.human(Paint::stdout()))?,
     }
     Ok(Code::Ok)
@@ -86,7 +86,7 @@ impl Check {
     fn of(prepared: &Prepared) -> Self {
         let Prepared { scene, plan, plugins, warnings, .. } = prepared;
         let process = |p: &cosplat_core::plan::Participant| {
-            let (candidate, descriptor) = plugins.get(&p.plugin)?;
+            let (candidate, descriptor) = plugins.get(&p.name)?;
             Some(Process {
                 name: p.name.clone(),
                 plugin: p.plugin.clone(),

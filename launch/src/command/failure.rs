@@ -24,12 +24,16 @@ pub(crate) fn explain(failure: &Failure, plan: &Plan, folder: &RunFolder, last_w
             let hint = "if it only needs longer between two signs of life, raise `run.silence_limit` in the scene";
             (Code::Process, vec![who], hint.into())
         }
+        Failure::Deadlock { .. } => {
+            let all = plan.participants.iter().map(|p| p.name.as_str()).collect();
+            (Code::Process, all, "this is a mistake in a plugin or in `cosplat`; please report it with the logs".into())
+        }
         Failure::Missing { who, .. } => {
             let hint = "its log may say why; start fewer processes at once if this machine is busy";
             (Code::Process, who.iter().map(String::as_str).collect(), hint.into())
         }
         Failure::Version { who, .. } => {
-            (Code::Environment, vec![who], "install a plugin and a `cosplat` that share a protocol version".into())
+            (Code::Process, vec![who], "install a plugin and a `cosplat` that share a protocol version".into())
         }
         Failure::Protocol { who, .. } => {
             (Code::Process, vec![who], "this is a mistake in that plugin or in `cosplat`; please report it".into())
@@ -69,7 +73,7 @@ fn upper_first(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::folder::tally::tests::plan;
+    use crate::folder::fixtures::plan;
 
     fn explained(failure: &Failure) -> Error {
         let place = tempfile::tempdir().unwrap();
@@ -98,7 +102,7 @@ mod tests {
         assert_eq!(code(Failure::Unsupported { who: who(), message: message() }), Code::Scene);
         assert_eq!(code(Failure::Physics { who: who(), window: 1, message: message() }), Code::Physics);
         assert_eq!(code(Failure::Protocol { who: who(), window: 1, message: message() }), Code::Process);
-        assert_eq!(code(Failure::Version { who: who(), theirs: message(), ours: 1 }), Code::Environment);
+        assert_eq!(code(Failure::Version { who: who(), theirs: message(), ours: 1 }), Code::Process);
         assert_eq!(code(Failure::Missing { who: vec![who()], seconds: 3, phase: message() }), Code::Process);
     }
 }

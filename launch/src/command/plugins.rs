@@ -9,7 +9,7 @@ use crate::exit::{Code, Error};
 use crate::hint::count;
 use crate::plugins::describe::{Refusal, describe};
 use crate::plugins::discover::{Candidate, Places};
-use crate::render::{Paint, print, printable, table};
+use crate::render::{Paint, json, print, printable, table};
 use crate::supervise::signals::Signals;
 
 /// A candidate and what became of it.
@@ -35,7 +35,7 @@ pub(crate) async fn plugins(args: &PluginsArgs, signals: &mut Signals) -> Result
         _ = signals.next() => return Ok(Code::Interrupted),
     };
     match args.format {
-        Format::Json => print(&format!("{:#}\n", serde_json::json!({ "plugins": found })))?,
+        Format::Json => print(&json(&found)?)?,
         Format::Human => print(&human(&found, Paint::stdout()))?,
     }
     Ok(Code::Ok)

@@ -18,7 +18,7 @@ use crate::folder::{RUN, RunFolder, SUMMARY};
 use crate::hint::count;
 use crate::prepare::{Prepared, prepare};
 use crate::progress::Progress;
-use crate::render::{self, Paint, print};
+use crate::render::{self, Paint, json, print, talk};
 use crate::report;
 use crate::scene_source::DEFAULT;
 use crate::supervise::signals::Signals;
@@ -40,7 +40,7 @@ pub(crate) async fn run(args: &RunArgs, signals: &mut Signals) -> Result<Code, E
     introduce(&prepared, &progress, args.quiet);
     let path = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(&prepared.scene.name));
     let folder = RunFolder::claim(&path)?;
-    let mut session = Session::begin(args, &prepared, &folder)?;
+    let mut conduct = Conduct::begin(args, &prepared, &folder)?;
     let job = Job {
         plan: &prepared.plan,
         scenes: prepared.scenes.clone(),
@@ -48,15 +48,16 @@ pub(crate) async fn run(args: &RunArgs, signals: &mut Signals) -> Result<Code, E
         limits: limits(&prepared.scene),
         folder: &folder,
     };
-    let ended = supervise::run(job, signals, &mut |news| session.hear(news, &mut progress)).await;
+    let ended = supervise::run(job, signals, &mut |news| conduct.hear(news, &mut progress)).await;
     progress.finish();
-    let (summary, error) = session.end(ended)?;
-    folder.put(SUMMARY, (serde_json::to_string_pretty(&summary).unwrap_or_default() + "\n").as_bytes())?;
+    let (summary, error) = conduct.end(ended);
+    let json = json(&summary)?;
+    folder.put(SUMMARY, json.as_bytes())?;
     if let Some(error) = &error {
-        eprint!("{}", render::error(Paint::stderr(), error));
+        talk(&render::error(Paint::stderr(), error));
     }
     match args.format {
-        Format::Json => print(&format!("{:#}\n", serde_json::json!(summary)))?,
+        Format::Json => print(&json)?,
         Format::Human if args.quiet => {}
         Format::Human => print(&report::human(&summary, folder.path(), Paint::stdout()))?,
     }
@@ -78,6 +79,7 @@ fn limits(scene: &Scene) -> Limits {
     let mut limits = Limits::default();
     // What is no duration keeps the default; the scene reader lets only positive numbers through.
     limits.silence = Duration::try_from_secs_f64(scene.run.silence_limit_s).unwrap_or(limits.silence);
+    limits.join = Duration::try_from_secs_f64(scene.run.join_limit_s).unwrap_or(limits.join);
     limits
 }
 
@@ -86,7 +88,7 @@ fn introduce(prepared: &Prepared, progress: &Progress, is_quiet: bool) {
     let Prepared { scene, plan, warnings, .. } = prepared;
     if !is_quiet {
         for warning in warnings {
-            eprintln!("{}\n", warning.drawn.as_deref().unwrap_or(&warning.message));
+            talk(warning.drawn.as_deref().unwrap_or(&warning.message));
         }
     }
     progress.say("scene", &format!("{}: {}", scene.name, scene.title));
@@ -106,18 +108,18 @@ fn introduce(prepared: &Prepared, progress: &Progress, is_quiet: bool) {
 }
 
 /// A run that has begun: what is written while it goes on, and what is known about it at its end.
-struct Session<'a> {
+struct Conduct<'a> {
     prepared: &'a Prepared,
     folder: &'a RunFolder,
     recorder: Recorder<'a>,
     facts: Facts<'a>,
     solvers: Vec<String>,
     started: Instant,
-    /// Wall time from the start of the first process to the last settled window \[s\].
+    /// Wall time from the start of the run to the last settled window \[s\].
     wall_s: f64,
 }
 
-impl<'a> Session<'a> {
+impl<'a> Conduct<'a> {
     fn begin(args: &'a RunArgs, prepared: &'a Prepared, folder: &'a RunFolder) -> Result<Self, Error> {
         let facts = Facts {
             name: &prepared.scene.name,
@@ -129,9 +131,9 @@ impl<'a> Session<'a> {
         };
         let solvers = args.changes.solver.iter().map(|(key, plugin)| format!("{key}={plugin}")).collect();
         let recorder = Recorder::create(folder, &prepared.plan, &prepared.scene, prepared.forms())?;
-        let session = Self { prepared, folder, recorder, facts, solvers, started: Instant::now(), wall_s: 0.0 };
-        session.write_record()?;
-        Ok(session)
+        let conduct = Self { prepared, folder, recorder, facts, solvers, started: Instant::now(), wall_s: 0.0 };
+        conduct.write_record()?;
+        Ok(conduct)
     }
 
     /// Writes the record with what is known by now about what was left out.
@@ -172,8 +174,10 @@ impl<'a> Session<'a> {
     }
 
     /// Closes the files and judges the run.
-    fn end(mut self, ended: Result<Ended, Error>) -> Result<(Summary, Option<Error>), Error> {
-        self.recorder.finish()?;
+    fn end(mut self, ended: Result<Ended, Error>) -> (Summary, Option<Error>) {
+        let finished = self.recorder.finish();
+        // What ended the run is worth more than a file that could not be closed after it.
+        let ended = ended.and_then(|ended| finished.map(|()| ended));
         let (outcome, usage, error) = match ended {
             Err(error) => (None, Vec::new(), Some(error)),
             Ok(Ended { outcome, usage, last_words }) => {
@@ -199,7 +203,7 @@ impl<'a> Session<'a> {
             summary.exit_code = error.code as u8;
             summary.failure = error.problems.first().map(|p| p.message.clone());
         }
-        Ok((summary, error))
+        (summary, error)
     }
 
     fn summary(self, status: Status, usage: Vec<Usage>) -> Summary {

@@ -6,7 +6,7 @@ use crate::cli::SolverArgs;
 use crate::exit::{Code, Error, Problem};
 use crate::hint::{list, near_miss};
 use crate::plugins::built_in;
-use crate::render::{Paint, error};
+use crate::render::{Paint, error, talk};
 
 /// Serves a built-in plugin until its run ends, or describes it.
 pub(crate) fn solver(args: &SolverArgs) -> ExitCode {
@@ -19,7 +19,7 @@ pub(crate) fn solver(args: &SolverArgs) -> ExitCode {
                 problem.hint("`cosplat plugins` lists all that is found; other plugins are started by their own name")
             }
         };
-        eprint!("{}", error(Paint::stderr(), &Error::new(Code::Usage, problem)));
+        talk(&error(Paint::stderr(), &Error::new(Code::Usage, problem)));
         return Code::Usage.into();
     };
     if args.describe { cosplat_bus::describe(plugin.as_ref()) } else { cosplat_bus::run_plugin(plugin.as_mut()) }

@@ -1,8 +1,8 @@
-//! `ledger.csv`: the budgets of every window.
+//! `ledger.csv`: the budgets of every window, one row a window.
 //!
-//! One table in long form. The column `row` says what a line is about: the `window` as a whole (state hash, total
-//! energy), a `solver` or an `interface`. Columns that do not apply are empty. Nothing in it depends on the wall clock
-//! or on the number of threads, so that two runs of the same scene can be compared byte by byte.
+//! First the window itself: number, end, state hash, total energy. Then, with the name in front, the columns of each
+//! solver (`left.closure`) and of each interface (`a~b.transfer_defect_n_s`). SI units. Nothing in it depends on the
+//! wall clock or on the number of threads, so that two runs of the same scene can be compared byte by byte.
 
 use std::fs::File;
 use std::io;
@@ -12,14 +12,11 @@ use cosplat_core::control::Done;
 use cosplat_core::ledger::{InterfaceRecord, SolverRecord, WindowRecord};
 use cosplat_core::plan::Plan;
 
-/// Columns; SI units.
-const COLUMNS: [&str; 27] = [
-    "window",
-    "time_s",
-    "row",
-    "name",
-    "state_hash",
-    "total_energy_j",
+/// Columns of the window itself.
+const WINDOW: [&str; 4] = ["window", "time_s", "state_hash", "total_energy_j"];
+
+/// Columns of a solver.
+const SOLVER: [&str; 10] = [
     "kinetic_j",
     "potential_j",
     "dissipated_j",
@@ -29,6 +26,11 @@ const COLUMNS: [&str; 27] = [
     "closure",
     "angular_closure",
     "substeps",
+    "counted",
+];
+
+/// Columns of an interface.
+const INTERFACE: [&str; 11] = [
     "given_x_n_s",
     "given_y_n_s",
     "given_z_n_s",
@@ -40,24 +42,12 @@ const COLUMNS: [&str; 27] = [
     "work_defect_j",
     "residual",
     "stored_j",
-    "counters",
 ];
-
-/// First column of the part that only `window` rows have.
-const WINDOW_PART: usize = 4;
-/// First column of the part that only `solver` rows have.
-const SOLVER_PART: usize = 6;
-/// First column of the part that only `interface` rows have.
-const INTERFACE_PART: usize = 15;
-/// The column of counters, which `solver` rows have.
-const COUNTERS: usize = 26;
 
 /// Writes the table.
 #[derive(Debug)]
 pub(crate) struct Ledger {
     out: csv::Writer<File>,
-    solvers: Vec<String>,
-    interfaces: Vec<String>,
     every: u64,
     windows: u64,
     /// The newest window, where it has not been written because of `every`.
@@ -71,16 +61,9 @@ impl Ledger {
     /// The file cannot be written.
     pub(crate) fn create(path: &Path, plan: &Plan, every: u64) -> io::Result<Self> {
         let mut out = csv::WriterBuilder::new().buffer_capacity(1 << 18).from_writer(File::create(path)?);
-        out.write_record(COLUMNS)?;
+        out.write_record(header(plan))?;
         out.flush()?;
-        Ok(Self {
-            out,
-            solvers: plan.participants.iter().map(|p| p.name.clone()).collect(),
-            interfaces: plan.interfaces.iter().map(|i| i.name.clone()).collect(),
-            every: every.max(1),
-            windows: plan.clock.windows,
-            held: None,
-        })
+        Ok(Self { out, every: every.max(1), windows: plan.clock.windows, held: None })
     }
 
     /// Takes a settled window.
@@ -109,42 +92,33 @@ impl Ledger {
     }
 
     fn write(&mut self, record: &WindowRecord, done: &[Done]) -> io::Result<()> {
-        let mut row = start(record, "window", "");
-        row[WINDOW_PART] = format!("{:032x}", record.state_hash);
-        row[WINDOW_PART + 1] = number(record.total_energy_j);
+        let hash = format!("{:032x}", record.state_hash);
+        let mut row = vec![record.window.to_string(), number(record.end_s), hash, number(record.total_energy_j)];
+        for (solver, done) in record.solvers.iter().zip(done) {
+            row.extend(solver_numbers(solver).map(number));
+            row.push(done.report.substeps.to_string());
+            row.push(done.report.counters.values().sum::<u64>().to_string());
+        }
+        row.extend(record.interfaces.iter().flat_map(|i| interface_numbers(i).map(number)));
         self.out.write_record(&row)?;
-        for (i, (name, solver)) in self.solvers.iter().zip(&record.solvers).enumerate() {
-            let mut row = start(record, "solver", name);
-            fill(&mut row, SOLVER_PART, &solver_numbers(solver));
-            if let Some(done) = done.get(i) {
-                row[INTERFACE_PART - 1] = done.report.substeps.to_string();
-                row[COUNTERS] = counters(done);
-            }
-            self.out.write_record(&row)?;
-        }
-        for (name, interface) in self.interfaces.iter().zip(&record.interfaces) {
-            let mut row = start(record, "interface", name);
-            fill(&mut row, INTERFACE_PART, &interface_numbers(interface));
-            self.out.write_record(&row)?;
-        }
-        // One write of whole lines per window: a kill loses nothing that was settled.
+        // One write of a whole line per window: a kill loses nothing that was settled.
         self.out.flush()
     }
 }
 
-fn start(record: &WindowRecord, kind: &str, name: &str) -> Vec<String> {
-    let mut row = vec![String::new(); COLUMNS.len()];
-    row[0] = record.window.to_string();
-    row[1] = number(record.end_s);
-    kind.clone_into(&mut row[2]);
-    name.clone_into(&mut row[3]);
-    row
-}
-
-fn fill(row: &mut [String], from: usize, numbers: &[f64]) {
-    for (cell, value) in row.iter_mut().skip(from).zip(numbers) {
-        *cell = number(*value);
+fn header(plan: &Plan) -> Vec<String> {
+    let mut header: Vec<String> = WINDOW.map(str::to_owned).into();
+    for participant in &plan.participants {
+        header.extend(SOLVER.iter().map(|column| format!("{}.{column}", participant.name)));
     }
+    for (i, interface) in plan.interfaces.iter().enumerate() {
+        // Two bodies may touch and be joined as well; the second interface of a name gets a number.
+        let namesakes = plan.interfaces[..i].iter().filter(|other| other.name == interface.name).count();
+        let name =
+            if namesakes == 0 { interface.name.clone() } else { format!("{}#{}", interface.name, namesakes + 1) };
+        header.extend(INTERFACE.iter().map(|column| format!("{name}.{column}")));
+    }
+    header
 }
 
 fn solver_numbers(s: &SolverRecord) -> [f64; 8] {
@@ -157,46 +131,35 @@ fn interface_numbers(i: &InterfaceRecord) -> [f64; 11] {
     [gx, gy, gz, rx, ry, rz, i.gross, i.transfer_defect, i.work_defect, i.residual, i.stored_j]
 }
 
-/// Counters that are not zero, as `name=3 other=1`.
-fn counters(done: &Done) -> String {
-    let counted = done.report.counters.iter().filter(|(_, n)| **n > 0);
-    counted.map(|(name, n)| format!("{name}={n}")).collect::<Vec<_>>().join(" ")
-}
-
 /// The shortest decimal number that is read back as the same bits.
 pub(crate) fn number(value: f64) -> String {
-    let mut buffer = format!("{value:e}");
-    let plain = value.to_string();
-    if plain.len() <= buffer.len() {
-        buffer = plain;
-    }
-    buffer
+    let (plain, exponential) = (value.to_string(), format!("{value:e}"));
+    if plain.len() <= exponential.len() { plain } else { exponential }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::folder::tally::tests::{done, plan, record};
+    use crate::folder::fixtures::{done, plan, record};
 
-    fn rows(path: &Path) -> Vec<csv::StringRecord> {
-        csv::Reader::from_path(path).unwrap().records().map(Result::unwrap).collect()
+    fn table(path: &Path) -> (Vec<String>, Vec<csv::StringRecord>) {
+        let mut reader = csv::Reader::from_path(path).unwrap();
+        let header = reader.headers().unwrap().iter().map(str::to_owned).collect();
+        (header, reader.records().map(Result::unwrap).collect())
     }
 
     #[test]
-    fn every_solver_and_interface_of_a_window_has_a_row_at_once() {
+    fn a_settled_window_is_on_disk_at_once() {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("ledger.csv");
         let mut ledger = Ledger::create(&path, &plan(4), 1).unwrap();
         ledger.settled(&record(0), &[done(0), done(0)]).unwrap();
         // Not finished, not dropped: what a kill would leave.
-        let rows = rows(&path);
-        assert_eq!(
-            rows.iter().map(|r| r[2].to_owned()).collect::<Vec<_>>(),
-            ["window", "solver", "solver", "interface"]
-        );
-        assert_eq!(&rows[0][4], "000000000000000000000000000000ab");
-        assert_eq!(&rows[1][3], "left");
-        assert_eq!((&rows[3][21], &rows[3][22]), ("1", "0"));
+        let (header, rows) = table(&path);
+        let cell = |name: &str| rows[0][header.iter().position(|h| h == name).unwrap()].to_owned();
+        assert_eq!((rows.len(), rows[0].len()), (1, 4 + 2 * SOLVER.len() + INTERFACE.len()));
+        assert_eq!(cell("state_hash"), "000000000000000000000000000000ab");
+        assert_eq!([cell("total_energy_j"), cell("right.substeps"), cell("a~b.gross_n_s")], ["2", "3", "1"]);
     }
 
     #[test]
@@ -208,9 +171,16 @@ mod tests {
             ledger.settled(&record(window), &[done(window), done(window)]).unwrap();
         }
         ledger.finish().unwrap();
-        let windows: Vec<u64> =
-            rows(&path).iter().filter(|r| &r[2] == "window").map(|r| r[0].parse().unwrap()).collect();
+        let windows: Vec<u64> = table(&path).1.iter().map(|r| r[0].parse().unwrap()).collect();
         assert_eq!(windows, [0, 10, 14]);
+    }
+
+    #[test]
+    fn interfaces_of_one_name_have_columns_of_their_own() {
+        let mut plan = plan(4);
+        plan.interfaces.push(plan.interfaces[0].clone());
+        let header = header(&plan);
+        assert!(header.contains(&"a~b.gross_n_s".to_owned()) && header.contains(&"a~b#2.gross_n_s".to_owned()));
     }
 
     #[test]

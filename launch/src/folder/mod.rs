@@ -3,6 +3,8 @@
 //! Tables grow by whole lines that are handed to the system at every window. Files that only make sense as a whole
 //! (`run.toml`, `summary.json`) are written beside their place and renamed into it.
 
+#[cfg(test)]
+pub(crate) mod fixtures;
 pub(crate) mod ledger;
 pub(crate) mod probes;
 pub(crate) mod record;
@@ -16,12 +18,13 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use rustix::fs::{FlockOperation, flock};
+use rustix::io::Errno;
 
 use crate::exit::{Code, Error, Problem};
 
 /// The scene as run, versions, plan. Its presence says that a folder was made by this program.
 pub(crate) const RUN: &str = "run.toml";
-/// One row per window, solver and interface.
+/// Budgets, one row a window.
 pub(crate) const LEDGER: &str = "ledger.csv";
 /// One row per window, one column per component of a probe.
 pub(crate) const PROBES: &str = "probes.csv";
@@ -31,6 +34,9 @@ pub(crate) const TRACE: &str = "trace.json";
 pub(crate) const SUMMARY: &str = "summary.json";
 /// What each process wrote to standard error.
 pub(crate) const LOGS: &str = "logs";
+
+/// Before the name of a file that is not whole yet.
+const PART: &str = ".part-";
 
 /// First line of a [`RUN`] file.
 pub(crate) const MARK: &str = "# Record of a Cosplat run.";
@@ -55,7 +61,8 @@ impl RunFolder {
         }
         fs::create_dir_all(path).map_err(|e| Error::io("create the run folder", path, &e))?;
         let lock = File::open(path).map_err(|e| Error::io("open the run folder", path, &e))?;
-        if flock(&lock, FlockOperation::NonBlockingLockExclusive).is_err() {
+        // A file system without locks is used without one.
+        if flock(&lock, FlockOperation::NonBlockingLockExclusive) == Err(Errno::WOULDBLOCK) {
             let problem = Problem::new(format!("Another run is writing to `{}`", path.display())).at(path);
             return Err(Error::new(
                 Code::Scene,
@@ -102,14 +109,12 @@ impl RunFolder {
     pub(crate) fn put(&self, name: &str, content: &[u8]) -> Result<(), Error> {
         let path = self.file(name);
         let write = || -> io::Result<()> {
-            let mut file = tempfile::Builder::new().prefix(".part-").tempfile_in(&self.path)?;
+            // The folder belongs to this run alone, so the name is free.
+            let part = self.file(&format!("{PART}{name}"));
+            let mut file = File::create(&part)?;
             file.write_all(content)?;
-            file.as_file().sync_data()?;
-            let mut permissions = file.as_file().metadata()?.permissions();
-            std::os::unix::fs::PermissionsExt::set_mode(&mut permissions, 0o644);
-            file.as_file().set_permissions(permissions)?;
-            file.persist(&path)?;
-            Ok(())
+            file.sync_data()?;
+            fs::rename(&part, &path)
         };
         write().map_err(|e| Error::io("write", &path, &e))
     }
@@ -129,7 +134,7 @@ fn remove_old(path: &Path) -> io::Result<()> {
     absent_is_fine(fs::remove_dir_all(path.join(LOGS)))?;
     for entry in fs::read_dir(path)? {
         let entry = entry?;
-        if entry.file_name().to_string_lossy().starts_with(".part-") {
+        if entry.file_name().to_string_lossy().starts_with(PART) {
             absent_is_fine(fs::remove_file(entry.path()))?;
         }
     }

@@ -134,7 +134,7 @@ fn values(quantity: ProbeQuantity, state: &BodyState) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::folder::tally::tests::{done, plan, record};
+    use crate::folder::fixtures::{done, plan, record};
 
     fn probe(name: &str, quantity: ProbeQuantity, body: &str) -> Probe {
         Probe { name: name.into(), quantity, body: Some(body.into()), at_m: None }

@@ -59,7 +59,9 @@ struct SceneRecord<'a> {
 /// A plugin of the run.
 #[derive(Debug, Serialize)]
 pub(crate) struct PluginRecord {
-    /// Name.
+    /// Process that runs it.
+    pub(crate) process: String,
+    /// Name it gave.
     pub(crate) name: String,
     /// Version it gave.
     pub(crate) version: String,
@@ -147,7 +149,7 @@ fn utc(moment: SystemTime) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::folder::tally::tests::plan;
+    use crate::folder::fixtures::plan;
     use std::time::Duration;
 
     #[test]

@@ -43,7 +43,7 @@ pub(crate) struct Summary {
     pub(crate) window_bound_by: String,
     /// Simulated time of the settled windows [s].
     pub(crate) simulated_s: f64,
-    /// Wall time from the start of the first process to the last settled window [s].
+    /// Wall time from the start of the run, before its processes, to the last settled window [s].
     pub(crate) wall_s: f64,
     /// Chain of the state hashes of all settled windows, 32 hex digits; null before the first one.
     pub(crate) state_hash: Option<String>,

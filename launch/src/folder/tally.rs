@@ -10,7 +10,7 @@ use cosplat_core::plugin::BodyState;
 use cosplat_core::scene::Scene;
 
 use super::summary::{Body, Energy, Interface, Process};
-use crate::verdict::{ClosureGate, Verdict};
+use crate::verdict::{Closure, ClosureGate, Verdict};
 
 /// Sums and extremes over all settled windows.
 #[derive(Debug)]
@@ -33,23 +33,14 @@ pub(crate) struct Tally {
     pub(crate) counters: BTreeMap<String, BTreeMap<String, u64>>,
     /// What solvers reported at set-up.
     pub(crate) left_out: Vec<LeftOut>,
+    /// Number of bodies of each process.
+    body_counts: Vec<usize>,
     forms: Vec<BoundaryForm>,
     closures: Vec<Closure>,
     /// Processes of the two sides of each interface.
     sides: Vec<[usize; 2]>,
     carries_impulses: Vec<bool>,
     is_link: Vec<bool>,
-}
-
-/// Closure of a process, linear and angular, whichever is larger.
-#[derive(Clone, Copy, Debug, Default)]
-struct Closure {
-    /// In the window that comes nearest to its gate or goes furthest beyond.
-    worst: f64,
-    /// Gate of that window.
-    limit: f64,
-    /// Over the run: the sum of all windows, which the defect of the run cannot exceed.
-    sum: f64,
 }
 
 impl Tally {
@@ -77,7 +68,8 @@ impl Tally {
             energy: parts.map(|name| Energy { name: name.into(), ..Energy::default() }).collect(),
             counters: BTreeMap::new(),
             left_out: Vec::new(),
-            closures: vec![Closure { worst: 0.0, limit: f64::INFINITY, sum: 0.0 }; forms.len()],
+            body_counts: plan.participants.iter().map(|p| p.bodies.len()).collect(),
+            closures: vec![Closure::default(); forms.len()],
             forms,
             sides: plan
                 .interfaces
@@ -91,10 +83,8 @@ impl Tally {
 
     /// Takes the states at t = 0, in plan order.
     pub(crate) fn started(&mut self, plan: &Plan, scene: &Scene, ready: &[ReadyInfo]) {
-        let mut body = self.bodies.iter_mut();
-        for info in ready {
-            for (i, state) in info.report.bodies.iter().enumerate() {
-                let Some(body) = body.next() else { break };
+        for (process, info) in ready.iter().enumerate() {
+            for (i, (body, state)) in self.bodies_of(process).iter_mut().zip(&info.report.bodies).enumerate() {
                 body.particles = info.particles.get(i).copied().unwrap_or_default();
                 body.mass_kg = state.mass_kg;
             }
@@ -115,7 +105,12 @@ impl Tally {
         self.windows = record.window + 1;
         self.simulated_s = record.end_s;
         self.state_hash = Some(record.state_hash);
-        let mut body = self.bodies.iter_mut();
+        for (process, done) in done.iter().enumerate() {
+            for (body, state) in self.bodies_of(process).iter_mut().zip(&done.report.bodies) {
+                body.mass_kg = state.mass_kg;
+                body.max_displacement_m = body.max_displacement_m.max(state.max_displacement_m);
+            }
+        }
         for (process, done) in self.processes.iter_mut().zip(done) {
             process.compute_s += done.times.compute_s;
             process.wait_s += done.times.wait_s;
@@ -125,27 +120,23 @@ impl Tally {
             for (name, n) in done.report.counters.iter().filter(|(_, n)| **n > 0) {
                 *self.counters.entry(process.name.clone()).or_default().entry(name.clone()).or_default() += n;
             }
-            for state in &done.report.bodies {
-                let Some(body) = body.next() else { break };
-                body.mass_kg = state.mass_kg;
-                body.max_displacement_m = body.max_displacement_m.max(state.max_displacement_m);
-            }
         }
         self.closures(record, done);
         self.interfaces(record);
         self.energies(record);
     }
 
+    /// Bodies of a process.
+    fn bodies_of(&mut self, process: usize) -> &mut [Body] {
+        let before = self.body_counts[..process].iter().sum::<usize>();
+        &mut self.bodies[before..before + self.body_counts[process]]
+    }
+
     fn closures(&mut self, record: &WindowRecord, done: &[Done]) {
         for (i, (closure, solver)) in self.closures.iter_mut().zip(&record.solvers).enumerate() {
             let value = larger(solver.closure, solver.angular_closure);
             let substeps = done.get(i).map_or(1, |d| d.report.substeps);
-            let gate = ClosureGate::of(self.forms[i], substeps);
-            let is_worse = value.is_nan() || value / gate.window >= closure.worst / closure.limit;
-            if is_worse && !closure.worst.is_nan() {
-                (closure.worst, closure.limit) = (value, gate.window);
-            }
-            closure.sum += value;
+            closure.add(value, ClosureGate::of(self.forms[i], substeps).window);
         }
     }
 
@@ -193,8 +184,7 @@ impl Tally {
             .map(|(i, _)| Verdict::new("transfer-defect", &format!("{}~{}", i.a, i.b), i.transfer_defect, 0.0))
             .collect();
         for ((process, closure), form) in self.processes.iter().zip(&self.closures).zip(&self.forms) {
-            verdicts.push(Verdict::new("closure-window", &process.name, closure.worst, closure.limit));
-            verdicts.push(Verdict::new("closure-run", &process.name, closure.sum, ClosureGate::of(*form, 1).run));
+            verdicts.extend(closure.verdicts(&process.name, ClosureGate::of(*form, 1).run));
         }
         verdicts
     }
@@ -235,62 +225,9 @@ fn body_state<'a>(plan: &Plan, ready: &'a [ReadyInfo], body: &str) -> Option<&'a
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use super::*;
-    use cosplat_core::ledger::{InterfaceRecord, SolverRecord};
-    use cosplat_core::plan::{Interface as Planned, Participant, Side};
-    use cosplat_core::plugin::Report;
-    use cosplat_core::scene::{MotionRule, Scheme};
-    use cosplat_core::time::Clock;
-
-    /// Two processes with a body each, joined by one interface that carries impulses.
-    pub(crate) fn plan(windows: u64) -> Plan {
-        let participant = |name: &str, body: &str| Participant {
-            name: name.into(),
-            plugin: "oscillator".into(),
-            bodies: vec![body.into()],
-            threads: 1,
-        };
-        let side = |participant, body: &str| Side { participant, body: body.into() };
-        Plan {
-            clock: Clock::new(0.01 * windows as f64, windows),
-            window_bound_by: "the scene".into(),
-            participants: vec![participant("left", "a"), participant("right", "b")],
-            interfaces: vec![Planned {
-                name: "a~b".into(),
-                kind: InterfaceKind::Contact,
-                scheme: Scheme::Serial,
-                rule: MotionRule::Hold,
-                a: side(0, "a"),
-                b: side(1, "b"),
-                from_a: None,
-                from_b: 0,
-                impulses: Some(1),
-                links: Vec::new(),
-            }],
-            streams: Vec::new(),
-            left_out: Vec::new(),
-            break_with: None,
-        }
-    }
-
-    /// A settled window without any defect.
-    pub(crate) fn record(window: u64) -> WindowRecord {
-        WindowRecord {
-            window,
-            end_s: 0.01 * (window + 1) as f64,
-            state_hash: 0xab,
-            solvers: vec![SolverRecord::default(); 2],
-            interfaces: vec![InterfaceRecord { gross: 1.0, ..InterfaceRecord::default() }],
-            total_energy_j: 2.0,
-        }
-    }
-
-    /// A report whose one body is at x = `window`.
-    pub(crate) fn done(window: u64) -> Done {
-        let state = BodyState { position_m: [window as f64, 0.0, 0.0], ..BodyState::default() };
-        Done { window, report: Report { substeps: 3, bodies: vec![state], ..Report::default() }, ..Done::default() }
-    }
+    use crate::folder::fixtures::{done, plan, record};
 
     fn tally() -> Tally {
         Tally::new(&plan(3), vec![BoundaryForm::SamplesF64 { normals: false }; 2])

@@ -135,7 +135,7 @@ impl Trace {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::folder::tally::tests::{done, plan};
+    use crate::folder::fixtures::{done, plan};
 
     fn timed(start_s: f64) -> Done {
         let times = Times { start_s, end_s: start_s + 0.004, compute_s: 0.004, wait_s: 0.005, transfer_s: 0.001 };

@@ -6,7 +6,9 @@ use cosplat_core::plugin::Plugin;
 type Make = fn() -> Box<dyn Plugin>;
 
 /// Plugins by name.
-const PLUGINS: [(&str, Make); 2] = [
+const PLUGINS: [(&str, Make); 4] = [
+    ("mpm", || Box::new(cosplat_mpm::Mpm::<f32>::default())),
+    ("mpm-f64", || Box::new(cosplat_mpm::Mpm::<f64>::default())),
     ("oscillator", || Box::new(cosplat_oscillator::Oscillator::default())),
     ("rigid-lite", || Box::new(cosplat_rigid_lite::RigidLite::default())),
 ];

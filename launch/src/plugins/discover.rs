@@ -102,6 +102,8 @@ impl Places {
         let files = self.files();
         let mut names: Vec<&str> = built_in::names().collect();
         names.extend(files.keys().map(String::as_str));
+        names.sort_unstable();
+        names.dedup();
         let problem = Problem::new(format!("There is no solver plugin `{name}`"))
             .because(format!("there are {}", list(names.iter().copied())))
             .because(format!("an executable `{PREFIX}{name}` was looked for beside this program and on `PATH`"));
@@ -178,7 +180,7 @@ mod tests {
         assert_eq!(places.find("mud").unwrap().place(), place.path().join("cosplat-solver-mud").display().to_string());
         assert!(places.find("text").is_err());
         let names: Vec<String> = places.all().unwrap().into_iter().map(|(c, _)| c.name).collect();
-        assert_eq!(names, ["oscillator", "rigid-lite", "mud"]);
+        assert_eq!(names, ["mpm", "mpm-f64", "oscillator", "rigid-lite", "mud"]);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::io;
 
+use rustix::process::Signal as Named;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
 /// Ctrl-C, a termination request and a closed terminal, which all mean the same here.
@@ -37,22 +38,19 @@ impl Signals {
 
 /// Name of a signal by its number, as people know it.
 pub(crate) fn name(number: i32) -> &'static str {
-    match number {
-        1 => "SIGHUP",
-        2 => "SIGINT",
-        3 => "SIGQUIT",
-        4 => "SIGILL",
-        6 => "SIGABRT",
-        7 => "SIGBUS",
-        8 => "SIGFPE",
-        9 => "SIGKILL",
-        11 => "SIGSEGV",
-        13 => "SIGPIPE",
-        14 => "SIGALRM",
-        15 => "SIGTERM",
-        24 => "SIGXCPU",
-        25 => "SIGXFSZ",
-        31 => "SIGSYS",
-        _ => "unnamed",
-    }
+    const NAMES: [(Named, &str); 12] = [
+        (Named::HUP, "SIGHUP"),
+        (Named::INT, "SIGINT"),
+        (Named::QUIT, "SIGQUIT"),
+        (Named::ILL, "SIGILL"),
+        (Named::ABORT, "SIGABRT"),
+        (Named::BUS, "SIGBUS"),
+        (Named::FPE, "SIGFPE"),
+        (Named::KILL, "SIGKILL"),
+        (Named::SEGV, "SIGSEGV"),
+        (Named::PIPE, "SIGPIPE"),
+        (Named::TERM, "SIGTERM"),
+        (Named::XCPU, "SIGXCPU"),
+    ];
+    NAMES.iter().find(|(signal, _)| signal.as_raw() == number).map_or("unnamed", |(_, name)| name)
 }

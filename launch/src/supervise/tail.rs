@@ -99,7 +99,7 @@ mod tests {
         let tail = Tail::default();
         let log = tempfile::NamedTempFile::new().unwrap();
         tail.fill(bytes, log.reopen().unwrap());
-        (tail.last(), std::fs::read_to_string(log.path()).unwrap())
+        (tail.last(), String::from_utf8_lossy(&std::fs::read(log.path()).unwrap()).into_owned())
     }
 
     #[test]

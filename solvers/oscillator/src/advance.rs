@@ -1,10 +1,10 @@
 //! One step: the exact flow between two switches of an influence, and the books.
 
 use cosplat_core::boundary::{Impulses, Wrench};
-use cosplat_core::plugin::{BodyState, BoundaryOutput, Energy, InterfaceReport, Outputs, PluginError, Report, Step};
+use cosplat_core::plugin::{BodyState, BoundaryOutput, Budget, Energy, Outputs, PluginError, Report, Step};
 
 use crate::V3;
-use crate::budget::{Budget, Pull};
+use crate::budget::Pull;
 use crate::heard::Heard;
 use crate::model::{InfluenceKind, Model};
 use crate::modes::{Cubic, Motion};
@@ -28,10 +28,11 @@ impl<'a> Stage<'a> {
     }
 
     fn kick(&mut self, body: usize, impulse: V3) -> Budget {
-        let before = self.state.velocity[body];
-        let after = before + impulse / self.model.bodies[body].mass;
-        self.state.velocity[body] = after;
-        Budget::kick(impulse, self.state.position[body], before, after)
+        let (mass, x) = (self.model.bodies[body].mass, self.state.position[body]);
+        let mut v = self.state.velocity[body].into();
+        let budget = Budget::kick(impulse.into(), mass, x.into(), &mut v);
+        self.state.velocity[body] = v.into();
+        budget
     }
 
     /// Takes the impulses that act at once.
@@ -106,7 +107,7 @@ impl<'a> Stage<'a> {
                 // Impulses on the two ends cancel; (x_a - x_b) × F_a stays where the rest vector is not zero.
                 Some(b) => {
                     let pair = pull.over(length, start[spring.a] - start[b], &motion[spring.a].from(&motion[b]));
-                    Budget { linear: V3::zeros(), ..pair }
+                    Budget { wrench: Wrench { linear: [0.0; 3], ..pair.wrench }, ..pair }
                 }
             });
         }
@@ -155,18 +156,12 @@ impl<'a> Stage<'a> {
             potential_j: self.model.potential(&self.state.position, t),
             dissipated_j: 0.0,
         };
-        let interfaces = self.model.couplings.iter().zip(&self.received).map(|(c, budget)| InterfaceReport {
-            interface: c.id,
-            received: budget.wrench(),
-            gross: budget.linear.norm(),
-            work_j: budget.work,
-            residual: 0.0,
-        });
+        let interfaces = self.model.couplings.iter().zip(&self.received).map(|(c, budget)| budget.report(c.id));
         Report {
             substeps: flows,
             substep_bound_by: "nothing: a step is exact at any length".into(),
             bodies,
-            external: self.external.wrench(),
+            external: self.external.wrench,
             energy,
             interfaces: interfaces.collect(),
             counters: std::collections::BTreeMap::new(),
@@ -175,17 +170,7 @@ impl<'a> Stage<'a> {
 
     fn body(&self, i: usize) -> BodyState {
         let (body, x, v) = (&self.model.bodies[i], self.state.position[i], self.state.velocity[i]);
-        let momentum = v * body.mass;
-        BodyState {
-            mass_kg: body.mass,
-            position_m: x.into(),
-            orientation: [0.0, 0.0, 0.0, 1.0],
-            linear_velocity_m_s: v.into(),
-            angular_velocity_rad_s: [0.0; 3],
-            momentum: Wrench { linear: momentum.into(), angular: x.cross(&momentum).into() },
-            gross_momentum: momentum.norm(),
-            max_displacement_m: (x - body.position).norm(),
-        }
+        BodyState::of_points(body.mass, &[x.into()], &[v.into()], &[body.position.into()])
     }
 
     /// Everything the step answers, at time `t` \[s\].
@@ -194,7 +179,7 @@ impl<'a> Stage<'a> {
         let boundaries = coupled.map(|(i, b)| BoundaryOutput { body: b.name.clone(), state: self.state.boundary(i) });
         let given = self.model.couplings.iter().zip(&self.received).filter(|(c, _)| c.role.gives_impulses());
         let impulses = given.map(|(c, budget)| {
-            let on_partner: [f64; 3] = (-budget.linear).into();
+            let on_partner = budget.wrench.negated().linear;
             let impulses = if c.partner_is_rigid {
                 Impulses::Rigid(Wrench { linear: on_partner, angular: [0.0; 3] })
             } else {

@@ -1,6 +1,7 @@
 //! What a force does over a stretch of time: impulse, angular impulse and work, each as an exact integral.
 
 use cosplat_core::boundary::Wrench;
+use cosplat_core::plugin::Budget;
 
 use crate::V3;
 use crate::modes::{Cubic, Motion};
@@ -12,17 +13,6 @@ pub(crate) struct Pull {
     pub(crate) stiffness: f64,
     /// `c_k` \[N/s^k\].
     pub(crate) force: Cubic,
-}
-
-/// What crossed through one cause, summed over the stretches of a step.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Budget {
-    /// Impulse \[N s\].
-    pub(crate) linear: V3,
-    /// Angular impulse about the world origin \[N m s\].
-    pub(crate) angular: V3,
-    /// Work \[J\].
-    pub(crate) work: f64,
 }
 
 impl Pull {
@@ -57,25 +47,7 @@ impl Pull {
             work += c.dot(&(d * power - before));
             power *= length;
         }
-        Budget { linear, angular: x0.cross(&linear) + turning, work }
-    }
-}
-
-impl Budget {
-    /// A kick at `x`: work is the mean of the velocities before and after, times the impulse.
-    pub(crate) fn kick(impulse: V3, x: V3, before: V3, after: V3) -> Self {
-        Self { linear: impulse, angular: x.cross(&impulse), work: 0.5 * impulse.dot(&(before + after)) }
-    }
-
-    /// Adds another.
-    pub(crate) fn add(&mut self, other: Self) {
-        self.linear += other.linear;
-        self.angular += other.angular;
-        self.work += other.work;
-    }
-
-    /// As the contract writes it.
-    pub(crate) fn wrench(&self) -> Wrench {
-        Wrench { linear: self.linear.into(), angular: self.angular.into() }
+        let angular = x0.cross(&linear) + turning;
+        Budget { wrench: Wrench { linear: linear.into(), angular: angular.into() }, work_j: work }
     }
 }

@@ -1,7 +1,7 @@
 //! What partners said to a step: sorted by coupling and checked before anything moves.
 
-use cosplat_core::boundary::{BoundaryState, Impulses};
-use cosplat_core::plugin::{Inputs, PluginError};
+use cosplat_core::boundary::BoundaryState;
+use cosplat_core::plugin::{Inputs, PluginError, Refusals};
 
 use crate::V3;
 use crate::model::{Coupling, Model};
@@ -49,19 +49,7 @@ impl Heard {
         }
         for input in &inputs.impulses {
             let (at, coupling) = find(model, input.interface, |c| c.role.takes_impulses())?;
-            let Impulses::Samples(each) = &input.impulses else {
-                return Err(refused(&format!("a rigid impulse on point `{}`", model.bodies[coupling.own].name)));
-            };
-            let &[impulse] = each.as_slice() else {
-                return Err(refused(&format!(
-                    "{} impulses on point `{}`",
-                    each.len(),
-                    model.bodies[coupling.own].name
-                )));
-            };
-            if impulse.iter().any(|v| !v.is_finite()) {
-                return Err(PluginError::Physics(format!("the impulse from `{}` is not finite", coupling.partner)));
-            }
+            let impulse = input.on_points(&model.bodies[coupling.own].name, &coupling.partner, 1)?[0];
             if heard.impulses[at].replace((impulse.into(), input.spread)).is_some() {
                 return Err(refused(&format!("two impulses from one partner (`{}`)", coupling.partner)));
             }
@@ -80,5 +68,5 @@ fn find(model: &Model, id: u16, fits: impl Fn(&Coupling) -> bool) -> Result<(usi
 }
 
 fn refused(what: &str) -> PluginError {
-    PluginError::Unsupported(format!("the oscillator solver does not support: {what}"))
+    Refusals::one("oscillator", what)
 }

@@ -1,11 +1,9 @@
 //! The plugin contract around the model.
 
-use cosplat_core::boundary::{BoundaryState, SampleStatics, Samples, Vec3};
-use cosplat_core::control::PROTOCOL;
-use cosplat_core::plan::{BoundaryForm, LeftOut};
+use cosplat_core::boundary::{BoundaryState, SampleStatics, Vec3};
 use cosplat_core::plugin::{
-    Descriptor, Inputs, InterfaceRole, Outputs, PartnerSetup, Plugin, PluginError, Pulse, Saves, Setup, SetupBoundary,
-    Signal, SolverScene, StateReader, StateSink, Step,
+    Descriptor, Inputs, InterfaceRole, Outputs, PartnerSetup, Plugin, PluginError, Pulse, Refusals, Setup,
+    SetupBoundary, Signal, SolverScene, StateReader, StateSink, Step,
 };
 
 use crate::V3;
@@ -33,49 +31,32 @@ pub(crate) struct State {
 impl State {
     /// Boundary of body `i`: one sample, its point.
     pub(crate) fn boundary(&self, i: usize) -> BoundaryState {
-        BoundaryState::Samples(Samples {
-            position: vec![self.position[i].into()],
-            velocity: vec![self.velocity[i].into()],
-            normal: Vec::new(),
-        })
+        BoundaryState::points(&[self.position[i].into()], &[self.velocity[i].into()])
     }
 }
 
 impl Plugin for Oscillator {
     fn describe(&self) -> Descriptor {
+        let summary = "Point masses and linear springs, integrated exactly";
         let features = ["links", "gravity", "acceleration-field", "point-force", "impulse"];
         Descriptor {
-            name: "oscillator".into(),
-            version: env!("CARGO_PKG_VERSION").into(),
-            summary: "Point masses and linear springs, integrated exactly".into(),
-            protocol: [PROTOCOL, PROTOCOL],
             body_kinds: vec!["points".into()],
             materials: vec!["point-mass".into()],
             roles: vec![InterfaceRole::Respond, InterfaceRole::Link],
-            boundary: BoundaryForm::SamplesF64 { normals: false },
             features: features.map(String::from).into(),
-            probes: Vec::new(),
-            saves: Saves { bytes: true, deterministic: true },
-            params_schema: serde_json::json!({ "type": "object", "properties": {}, "additionalProperties": false }),
+            ..Descriptor::new("oscillator", env!("CARGO_PKG_VERSION"), summary)
         }
     }
 
     fn setup(&mut self, scene: &SolverScene) -> Result<Setup, PluginError> {
-        let model = read(scene)?;
+        let model = read(&self.describe(), scene)?;
         let state = State {
             position: model.bodies.iter().map(|b| b.position).collect(),
             velocity: model.bodies.iter().map(|b| b.velocity).collect(),
         };
-        let left_out = scene.statics.iter().map(|s| LeftOut {
-            what: format!("static collider `{}`", s.name),
-            why: "point masses have no contact".into(),
-            indicator: None,
-            limit: None,
-            saved: "not measured".into(),
-        });
         let boundaries = model.bodies.iter().enumerate().filter(|(_, b)| b.coupled).map(|(i, b)| SetupBoundary {
             body: b.name.clone(),
-            statics: SampleStatics { id: vec![0], area_m2: vec![0.0], volume_m3: vec![0.0], mass_kg: vec![b.mass] },
+            statics: SampleStatics::equal(1, b.mass),
             state: state.boundary(i),
         });
         let setup = Setup {
@@ -83,7 +64,7 @@ impl Plugin for Oscillator {
             report: Stage::new(&model, &state, Heard::nothing(&model)).report(0.0, 0),
             stable_dt: None,
             particles: vec![1; model.bodies.len()],
-            left_out: left_out.collect(),
+            left_out: scene.left_out_statics("oscillator"),
         };
         self.model = Some(model);
         self.state = state;
@@ -96,10 +77,8 @@ impl Plugin for Oscillator {
             let samples = partners.iter().find(|p| p.interface == coupling.id).map_or(1, |p| p.statics.len());
             // Links read no statics, so that none are sent; what comes with a record is checked when it is used.
             if samples > 1 {
-                return Err(PluginError::Unsupported(format!(
-                    "the oscillator solver does not support: links to bodies of {samples} samples, only of one (body `{}`)",
-                    coupling.partner
-                )));
+                let what = format!("links to bodies of {samples} samples, only of one (body `{}`)", coupling.partner);
+                return Err(Refusals::one("oscillator", what));
             }
         }
         Ok(())

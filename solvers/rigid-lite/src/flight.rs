@@ -1,7 +1,7 @@
 //! Flight of one body under constant forces: exact parabola, and rotation in substeps with kicks of torque between.
 
 use cosplat_core::boundary::Wrench;
-use cosplat_core::plugin::Signal;
+use cosplat_core::plugin::{Budget, Signal};
 
 use crate::V3;
 use crate::model::{Body, Flying};
@@ -33,29 +33,9 @@ pub(crate) enum Lever {
     },
 }
 
-/// What a cause did to a body over a stretch of time.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Budget {
-    /// Impulse \[N s\].
-    pub(crate) linear: V3,
-    /// Angular impulse about the world origin \[N m s\].
-    pub(crate) angular: V3,
-    /// Work \[J\].
-    pub(crate) work: f64,
-}
-
-impl Budget {
-    /// Adds another.
-    pub(crate) fn add(&mut self, other: Self) {
-        self.linear += other.linear;
-        self.angular += other.angular;
-        self.work += other.work;
-    }
-
-    /// As the contract writes it.
-    pub(crate) fn wrench(&self) -> Wrench {
-        Wrench { linear: self.linear.into(), angular: self.angular.into() }
-    }
+/// Impulse \[N s\], angular impulse about the world origin \[N m s\] and work \[J\].
+pub(crate) fn budget(linear: V3, angular: V3, work_j: f64) -> Budget {
+    Budget { wrench: Wrench { linear: linear.into(), angular: angular.into() }, work_j }
 }
 
 /// Sudden impulse through a point of the world with an angular impulse about it.
@@ -67,11 +47,8 @@ pub(crate) fn kick(body: &Body, flying: &mut Flying, impulse: V3, point: V3, ang
     flying.velocity += impulse / body.mass;
     flying.spin += turning;
     let after = (flying.velocity, angular_velocity(&flying.turn, flying.spin, body.inverse));
-    Budget {
-        linear: impulse,
-        angular: point.cross(&impulse) + angular,
-        work: 0.5 * (impulse.dot(&(before.0 + after.0)) + turning.dot(&(before.1 + after.1))),
-    }
+    let work = 0.5 * (impulse.dot(&(before.0 + after.0)) + turning.dot(&(before.1 + after.1)));
+    budget(impulse, point.cross(&impulse) + angular, work)
 }
 
 /// Bound on the rate of rotation over `length` \[s\]: what it is, and what the torques could add \[rad/s\].
@@ -111,11 +88,7 @@ pub(crate) fn fly(
     let path = |t: f64, s: f64| at(t) * s + (v0 + a * t) * (0.5 * s * s) + a * (s * s * s / 6.0);
     let mut budgets: Vec<Budget> = pushes
         .iter()
-        .map(|p| Budget {
-            linear: p.force * length,
-            angular: path(0.0, length).cross(&p.force),
-            work: p.force.dot(&(at(length) - x0)),
-        })
+        .map(|p| budget(p.force * length, path(0.0, length).cross(&p.force), p.force.dot(&(at(length) - x0))))
         .collect();
     let h = length / substeps as f64;
     for i in 0..substeps {
@@ -149,8 +122,7 @@ fn twist(body: &Body, flying: &mut Flying, pushes: &[Push], budgets: &mut [Budge
     let before = angular_velocity(&flying.turn, flying.spin, body.inverse);
     flying.spin += sum;
     let mean = (before + angular_velocity(&flying.turn, flying.spin, body.inverse)) * 0.5;
-    for (budget, turning) in budgets.iter_mut().zip(turning) {
-        budget.angular += turning;
-        budget.work += turning.dot(&mean);
+    for (sum, turning) in budgets.iter_mut().zip(turning) {
+        sum.add(budget(V3::zeros(), turning, turning.dot(&mean)));
     }
 }

@@ -1,16 +1,15 @@
 //! The plugin contract around the model.
 
-use cosplat_core::boundary::{Impulses, SampleStatics, Vec3};
-use cosplat_core::control::PROTOCOL;
-use cosplat_core::plan::{BoundaryForm, LeftOut};
+use cosplat_core::boundary::{SampleStatics, Vec3};
+use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{
-    BoundaryOutput, Descriptor, Inputs, InterfaceRole, Outputs, Plugin, PluginError, Pulse, Saves, Setup,
+    BoundaryOutput, Budget, Descriptor, Inputs, InterfaceRole, Outputs, Plugin, PluginError, Pulse, Refusals, Setup,
     SetupBoundary, Signal, SolverScene, StateReader, StateSink, Step,
 };
 use nalgebra::{Quaternion, UnitQuaternion};
 
 use crate::V3;
-use crate::flight::{Budget, substeps};
+use crate::flight::substeps;
 use crate::model::{Flying, Model, State};
 use crate::read::read;
 use crate::report::{proxy, report};
@@ -26,33 +25,21 @@ pub struct RigidLite {
 
 impl Plugin for RigidLite {
     fn describe(&self) -> Descriptor {
+        let summary = "Rigid bodies without contact: exact flight, symplectic rotation";
         let features = ["prescribed", "gravity", "acceleration-field", "point-force", "impulse"];
         Descriptor {
-            name: "rigid-lite".into(),
-            version: env!("CARGO_PKG_VERSION").into(),
-            summary: "Rigid bodies without contact: exact flight, symplectic rotation".into(),
-            protocol: [PROTOCOL, PROTOCOL],
             body_kinds: ["box", "sphere", "cylinder", "points"].map(String::from).into(),
             materials: vec!["rigid".into()],
             roles: vec![InterfaceRole::Respond],
             boundary: BoundaryForm::Proxy,
             features: features.map(String::from).into(),
-            probes: Vec::new(),
-            saves: Saves { bytes: true, deterministic: true },
-            params_schema: serde_json::json!({ "type": "object", "properties": {}, "additionalProperties": false }),
+            ..Descriptor::new("rigid-lite", env!("CARGO_PKG_VERSION"), summary)
         }
     }
 
     fn setup(&mut self, scene: &SolverScene) -> Result<Setup, PluginError> {
-        let model = read(scene)?;
+        let model = read(&self.describe(), scene)?;
         let state = model.start();
-        let left_out = scene.statics.iter().map(|s| LeftOut {
-            what: format!("static collider `{}`", s.name),
-            why: "this plugin has no contact".into(),
-            indicator: None,
-            limit: None,
-            saved: "not measured".into(),
-        });
         let coupled = model.bodies.iter().enumerate().filter(|(_, b)| b.coupled);
         let boundaries = coupled.map(|(i, b)| SetupBoundary {
             body: b.name.clone(),
@@ -68,7 +55,7 @@ impl Plugin for RigidLite {
             report: report(&model, &state, 0.0, &Budget::default(), &none),
             stable_dt: fastest.map(|(rate, name)| (ANGLE_PER_SUBSTEP / rate, bound_by(name, rate))),
             particles: model.bodies.iter().map(|b| b.particles).collect(),
-            left_out: left_out.collect(),
+            left_out: scene.left_out_statics("rigid-lite"),
         };
         self.model = Some(model);
         self.state = state;
@@ -151,7 +138,7 @@ const BEAT_EVERY: u64 = 256;
 
 /// Impulses by view, checked.
 fn given(model: &Model, inputs: &Inputs) -> Result<Vec<Option<Given>>, PluginError> {
-    let refused = |what: &str| PluginError::Unsupported(format!("the rigid-lite solver does not support: {what}"));
+    let refused = |what: &str| Refusals::one("rigid-lite", what);
     if let Some(partner) = inputs.partners.first() {
         return Err(refused(&format!("the boundary of a partner (interface {})", partner.interface)));
     }
@@ -161,12 +148,7 @@ fn given(model: &Model, inputs: &Inputs) -> Result<Vec<Option<Given>>, PluginErr
             return Err(refused(&format!("an input that interface {} does not have", input.interface)));
         };
         let view = &model.views[at];
-        let Impulses::Rigid(wrench) = &input.impulses else {
-            return Err(refused(&format!("impulses on samples of rigid body `{}`", model.bodies[view.own].name)));
-        };
-        if !wrench.linear.iter().chain(&wrench.angular).all(|v| v.is_finite()) {
-            return Err(PluginError::Physics(format!("the impulse from `{}` is not finite", view.partner)));
-        }
+        let wrench = input.on_rigid(&model.bodies[view.own].name, &view.partner)?;
         let one = Given { linear: wrench.linear.into(), angular: wrench.angular.into(), spread: input.spread };
         if given[at].replace(one).is_some() {
             return Err(refused(&format!("two impulses from one partner (`{}`)", view.partner)));

@@ -1,9 +1,7 @@
 //! From a solver's part of a scene to a [`Model`], with every feature that is missing refused by name.
 
-use cosplat_core::plugin::{PluginError, SolverScene, ViewRole};
-use cosplat_core::scene::{
-    Action, ActionKind, Body as SceneBody, Field, Material, Probe, ProbeQuantity, Space, VelocityField,
-};
+use cosplat_core::plugin::{Descriptor, PluginError, Refusals, SolverScene};
+use cosplat_core::scene::{Action, ActionKind, Body as SceneBody, Field, Material, Source, VelocityField};
 
 use crate::model::{Body, Flying, Influence, InfluenceKind, Model, View};
 use crate::rotation::{angular_momentum, angular_velocity};
@@ -11,85 +9,52 @@ use crate::shape::Shape;
 use crate::{V3, turn};
 
 /// Reads a scene.
-pub(crate) fn read(scene: &SolverScene) -> Result<Model, PluginError> {
-    let mut reader = Reader { scene, refused: Vec::new(), hooks: 0 };
-    reader.refuse_whole_features();
+pub(crate) fn read(plugin: &Descriptor, scene: &SolverScene) -> Result<Model, PluginError> {
+    let mut reader = Reader { scene, refused: Refusals::undeclared(plugin, scene), hooks: 0 };
+    reader.refused.contacts(scene);
     let bodies: Vec<Body> = scene.bodies.iter().filter_map(|b| reader.body(b)).collect();
     let views = reader.views();
     let influences = scene.actions.iter().filter_map(|a| reader.influence(a)).collect();
-    if !reader.refused.is_empty() {
-        let list = reader.refused.join("; ");
-        return Err(PluginError::Unsupported(format!("the rigid-lite solver does not support: {list}")));
-    }
+    reader.refused.finish()?;
     Ok(Model { clock: scene.clock, bodies, views, influences })
 }
 
 struct Reader<'a> {
     scene: &'a SolverScene,
-    refused: Vec<String>,
+    refused: Refusals,
     hooks: usize,
 }
 
 impl Reader<'_> {
-    fn refuse(&mut self, what: String) {
-        self.refused.push(what);
-    }
-
-    fn refuse_whole_features(&mut self) {
-        let scene = self.scene;
-        if scene.space != Space::Full {
-            self.refuse("slab".into());
-        }
-        for joint in &scene.joints {
-            self.refuse(format!("joints (`{}`)", joint.name));
-        }
-        for link in &scene.links {
-            self.refuse(format!("links (`{}`)", link.name));
-        }
-        for pair in scene.pairs.iter().filter(|p| p.enabled) {
-            self.refuse(format!("contact pairs (`{}` and `{}`)", pair.a, pair.b));
-        }
-        for key in scene.params.keys() {
-            self.refuse(format!("parameters (`{key}`)"));
-        }
-        let from_states =
-            [ProbeQuantity::Position, ProbeQuantity::Orientation, ProbeQuantity::Velocity, ProbeQuantity::Momentum];
-        // A probe without a body is shown to every solver; this one has nothing to say to it.
-        let asked = |p: &&Probe| p.body.is_some() && !from_states.contains(&p.quantity);
-        for probe in scene.probes.iter().filter(asked) {
-            self.refuse(format!("probes of that kind (`{}`)", probe.name));
-        }
-    }
-
     fn body(&mut self, body: &SceneBody) -> Option<Body> {
         let name = &body.name;
-        let Material::Rigid { density_kg_m3, .. } = body.material else {
-            self.refuse(format!("material {} (body `{name}`)", body.material.name()));
-            return None;
-        };
+        // Refused already.
+        let Material::Rigid { density_kg_m3, .. } = body.material else { return None };
         let Some(shape) = Shape::of(&body.source) else {
-            self.refuse(format!("sources other than box, sphere, cylinder and points (body `{name}`)"));
+            if matches!(body.source, Source::Points { .. }) {
+                self.refused.push(format!("bodies without points (body `{name}`)"));
+            }
             return None;
         };
         let mass = body.mass_kg.or(shape.volume.map(|v| v * density_kg_m3)).unwrap_or(f64::NAN);
         if !(mass.is_finite() && mass > 0.0) {
-            self.refuse(format!("bodies without a positive mass (body `{name}`; points need `mass`)"));
+            self.refused.push(format!("bodies without a positive mass (body `{name}`; points need `mass`)"));
             return None;
         }
         let moments = shape.moments * mass;
         let inverse = moments.map(|i| if i > 0.0 { i.recip() } else { 0.0 });
         let frame = turn(body.pose.orientation);
         let principal = frame * shape.axes;
-        let position = V3::from(body.pose.position_m) + frame * shape.centre;
+        let position = V3::from(body.pose.apply(shape.centre.into()));
         let (velocity, omega) = self.twist(body, position);
         let spin = angular_momentum(&principal, omega, moments);
         let start = Flying { position, turn: principal, velocity, spin };
         // Rounding of two rotations; an axis without moment loses all of its part of ω.
         if (angular_velocity(&principal, spin, inverse) - omega).norm() > 1e-9 * omega.norm() {
-            self.refuse(format!("rotation about an axis that holds all mass (body `{name}`)"));
+            self.refused.push(format!("rotation about an axis that holds all mass (body `{name}`)"));
         }
         if !start.is_finite() {
-            self.refuse(format!("positions or velocities that are not finite (body `{name}`)"));
+            self.refused.push(format!("positions or velocities that are not finite (body `{name}`)"));
         }
         Some(Body {
             name: name.clone(),
@@ -102,44 +67,36 @@ impl Reader<'_> {
             particles: shape.particles,
             start,
             motion: body.prescribed,
-            coupled: self.scene.interfaces.iter().any(|i| i.own == *name),
+            coupled: self.scene.is_coupled(name),
         })
     }
 
     /// Velocity of the centre of mass and angular velocity at t = 0.
     fn twist(&mut self, body: &SceneBody, centre: V3) -> (V3, V3) {
-        match body.velocity {
-            VelocityField::Twist { linear_m_s, angular_rad_s } => (linear_m_s.into(), angular_rad_s.into()),
-            VelocityField::Rotation { angular_rad_s, about_m } => {
-                let omega = V3::from(angular_rad_s);
-                (omega.cross(&(centre - V3::from(about_m))), omega)
+        let omega = match body.velocity {
+            VelocityField::Twist { angular_rad_s, .. } | VelocityField::Rotation { angular_rad_s, .. } => {
+                angular_rad_s.into()
             }
-            VelocityField::LinearMap { linear_m_s, gradient_1_s: g, about_m } => {
+            VelocityField::LinearMap { gradient_1_s: g, .. } => {
                 let largest = g.iter().flatten().fold(0.0_f64, |most, v| most.max(v.abs()));
                 // Rounding of the written numbers, no more.
                 if (0..3).any(|i| (0..3).any(|j| (g[i][j] + g[j][i]).abs() > 1e-12 * largest)) {
-                    self.refuse(format!("velocity fields that deform (body `{}`)", body.name));
+                    self.refused.push(format!("velocity fields that deform (body `{}`)", body.name));
                 }
-                let omega = V3::new(g[2][1], g[0][2], g[1][0]);
-                (V3::from(linear_m_s) + omega.cross(&(centre - V3::from(about_m))), omega)
+                V3::new(g[2][1], g[0][2], g[1][0])
             }
-        }
+        };
+        let centre = centre.into();
+        (body.velocity.at(centre, centre).into(), omega)
     }
 
     fn views(&mut self) -> Vec<View> {
         let mut views = Vec::new();
         for view in &self.scene.interfaces {
             let label = format!("`{}` and `{}`", view.own, view.partner);
-            match view.role {
-                ViewRole::ContactResponder => {}
-                ViewRole::ContactResolver => self.refuse(format!("resolving contacts ({label})")),
-                ViewRole::LinkSide | ViewRole::LinkResolver | ViewRole::LinkResponder => {
-                    self.refuse(format!("links to other solvers ({label})"));
-                }
-            }
             match self.scene.bodies.iter().position(|b| b.name == view.own) {
                 Some(own) => views.push(View { id: view.id, own, partner: view.partner.clone() }),
-                None => self.refuse(format!("interfaces of bodies it does not have ({label})")),
+                None => self.refused.push(format!("interfaces of bodies it does not have ({label})")),
             }
         }
         views
@@ -153,12 +110,10 @@ impl Reader<'_> {
             }
             ActionKind::PointForce { force_n, at_m } => InfluenceKind::Force(force_n.into(), at_m.map(V3::from)),
             ActionKind::Impulse { impulse_n_s, at_m } => InfluenceKind::Kick(impulse_n_s.into(), at_m.map(V3::from)),
-            ActionKind::Wind { .. } => {
-                self.refuse("wind".into());
-                return None;
-            }
+            // Refused already.
+            ActionKind::Wind { .. } => return None,
             ActionKind::AccelerationField { .. } => {
-                self.refuse("acceleration fields that vary in space".into());
+                self.refused.push("acceleration fields that vary in space");
                 return None;
             }
         };

@@ -3,10 +3,9 @@
 use std::collections::BTreeMap;
 
 use cosplat_core::boundary::{BoundaryState, ProxyRecord};
-use cosplat_core::plugin::{BodyState, Energy, InterfaceReport, Report};
+use cosplat_core::plugin::{BodyState, Budget, Energy, Report};
 use nalgebra::Matrix3;
 
-use crate::flight::Budget;
 use crate::model::{Body, Flying, InfluenceKind, Model, State};
 use crate::rotation::angular_velocity;
 use crate::{V3, plain};
@@ -25,20 +24,9 @@ pub(crate) fn report(model: &Model, state: &State, t: f64, external: &Budget, re
         substeps: 0,
         substep_bound_by: String::new(),
         bodies: pairs().map(|(b, f)| body_state(b, f)).collect(),
-        external: external.wrench(),
+        external: external.wrench,
         energy: Energy { kinetic_j: kinetic.sum(), potential_j: potential.sum(), dissipated_j: 0.0 },
-        interfaces: model
-            .views
-            .iter()
-            .zip(received)
-            .map(|(view, budget)| InterfaceReport {
-                interface: view.id,
-                received: budget.wrench(),
-                gross: budget.linear.norm(),
-                work_j: budget.work,
-                residual: 0.0,
-            })
-            .collect(),
+        interfaces: model.views.iter().zip(received).map(|(view, budget)| budget.report(view.id)).collect(),
         counters: BTreeMap::new(),
     }
 }

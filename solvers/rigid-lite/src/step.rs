@@ -1,9 +1,9 @@
 //! One step of all bodies: what acts on each, stretch by stretch, and the books.
 
-use cosplat_core::plugin::{PluginError, Signal, Step};
+use cosplat_core::plugin::{Budget, PluginError, Signal, Step};
 
 use crate::V3;
-use crate::flight::{Budget, Lever, Push, fastest, fly, kick};
+use crate::flight::{Lever, Push, budget, fastest, fly, kick};
 use crate::model::{InfluenceKind, Model, State};
 use crate::plugin::{bound_by, counted};
 use crate::rotation::angular_velocity;
@@ -149,7 +149,7 @@ impl<'a> Stage<'a> {
             let after = body.driven(motion, end).0;
             self.state.bodies[i] = after;
             let change = after.momentum(body.mass).minus(before.momentum(body.mass));
-            let mut drive = Budget { linear: change.linear.into(), angular: change.angular.into(), work: 0.0 };
+            let mut drive = Budget { wrench: change, work_j: 0.0 };
             for (v, _) in self.model.views.iter().enumerate().filter(|(_, view)| view.own == i) {
                 let Some(given) = self.given[v] else { continue };
                 // Work at the mean velocities of the step: exact for a steady twist.
@@ -158,14 +158,10 @@ impl<'a> Stage<'a> {
                         + angular_velocity(&after.turn, after.spin, body.inverse));
                 let way = after.position - before.position;
                 let turning = given.angular - (way * 0.5).cross(&given.linear);
-                let budget = Budget {
-                    linear: given.linear,
-                    angular: before.position.cross(&given.linear) + given.angular,
-                    work: given.linear.dot(&way) / self.step.length_s + turning.dot(&omega),
-                };
-                drive.linear -= budget.linear;
-                drive.angular -= budget.angular;
-                self.received[v].add(budget);
+                let work = given.linear.dot(&way) / self.step.length_s + turning.dot(&omega);
+                let taken = budget(given.linear, before.position.cross(&given.linear) + given.angular, work);
+                drive.wrench = drive.wrench.minus(taken.wrench);
+                self.received[v].add(taken);
             }
             self.external.add(drive);
         }

@@ -56,6 +56,19 @@ pub enum ActionKind {
     },
 }
 
+impl ActionKind {
+    /// Kind, as scenes and descriptors write it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Gravity { .. } => "gravity",
+            Self::Wind { .. } => "wind",
+            Self::AccelerationField { .. } => "acceleration-field",
+            Self::PointForce { .. } => "point-force",
+            Self::Impulse { .. } => "impulse",
+        }
+    }
+}
+
 /// Shape of an acceleration field.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

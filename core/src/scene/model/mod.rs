@@ -5,6 +5,7 @@
 mod body;
 mod coupling;
 mod influence;
+mod place;
 
 use std::collections::BTreeMap;
 

@@ -1,0 +1,142 @@
+//! Which particles or frame every Gaussian follows.
+//!
+//! A binding answers one question for each Gaussian: where its centre goes and what the map is around it
+//! ([`Local`]). [`crate::skin::skin`] does the rest.
+
+mod affine;
+
+use nalgebra::{Matrix3, Vector3};
+use thiserror::Error;
+
+use crate::linalg::wide;
+use crate::splats::Splats;
+
+pub use affine::Affine;
+
+/// The map around one Gaussian.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Local {
+    /// How far the centre moves.
+    pub displacement: Vector3<f64>,
+    /// Total deformation gradient F: a small step dX becomes F dX.
+    pub gradient: Matrix3<f64>,
+}
+
+impl Local {
+    /// Nothing moves.
+    pub fn still() -> Local {
+        Local { displacement: Vector3::zeros(), gradient: Matrix3::identity() }
+    }
+}
+
+/// Where the particles are.
+#[derive(Clone, Copy, Debug)]
+pub struct Particles<'a> {
+    /// Positions at which Gaussians were bound.
+    pub rest: &'a [[f32; 3]],
+    /// Positions now.
+    pub now: &'a [[f32; 3]],
+    /// Total deformation gradients now, row by row, if the solver knows them.
+    pub gradients: Option<&'a [[f32; 9]]>,
+}
+
+/// A rigid frame: x → R x + t.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// Rotation R.
+    pub rotation: Matrix3<f64>,
+    /// Translation t, in scene units.
+    pub translation: Vector3<f64>,
+}
+
+/// A binding that cannot be made or used.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum BindError {
+    /// Nothing to follow.
+    #[error("there is no particle to bind {0} Gaussians to")]
+    NoParticles(usize),
+    /// A coordinate is not finite.
+    #[error("the position of {0} {1} is not finite; clean the splats and check the particles before they are bound")]
+    NonFinite(&'static str, usize),
+    /// Arrays of another length than at binding.
+    #[error("{0} {1} were bound and {2} are given")]
+    Length(&'static str, usize, usize),
+    /// A Gaussian names a particle that is not there.
+    #[error("Gaussian {0} follows particle {1}, and there are {2}")]
+    Index(usize, u32, usize),
+}
+
+/// What the Gaussians of a body follow.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Binding {
+    /// Gaussian i follows particle `[i]`, at its distance from it.
+    OneToOne(Vec<u32>),
+    /// The nearest particles, so that any affine motion is followed exactly.
+    Affine(Affine),
+}
+
+impl Binding {
+    /// Follows the `k` nearest particles (12 is the default of this project).
+    ///
+    /// # Errors
+    /// There is no particle, or a position is not finite.
+    pub fn affine(splats: &Splats, particles: &[[f32; 3]], k: usize) -> Result<Binding, BindError> {
+        Affine::new(&splats.positions, particles, k).map(Binding::Affine)
+    }
+
+    /// The map around each Gaussian.
+    ///
+    /// # Errors
+    /// Arrays of other lengths than at binding.
+    pub fn locals<'a>(
+        &'a self,
+        splats: &'a Splats,
+        particles: &'a Particles<'a>,
+    ) -> Result<Box<dyn Fn(usize) -> Local + Sync + 'a>, BindError> {
+        let count = particles.rest.len();
+        let gradients = particles.gradients.map_or(count, <[_]>::len);
+        for (what, has) in [("particles", particles.now.len()), ("gradients", gradients)] {
+            if has != count {
+                return Err(BindError::Length(what, count, has));
+            }
+        }
+        match self {
+            Binding::OneToOne(indices) => {
+                if indices.len() != splats.len() {
+                    return Err(BindError::Length("Gaussians", indices.len(), splats.len()));
+                }
+                if let Some((i, &p)) = indices.iter().enumerate().find(|(_, p)| **p as usize >= count) {
+                    return Err(BindError::Index(i, p, count));
+                }
+                Ok(Box::new(move |i| follow(splats, particles, i, indices[i] as usize)))
+            }
+            Binding::Affine(affine) => {
+                affine.check(splats.len(), count)?;
+                Ok(Box::new(move |i| affine.local(i, particles)))
+            }
+        }
+    }
+}
+
+/// x → p' + F (x − p).
+fn follow(splats: &Splats, particles: &Particles<'_>, gaussian: usize, particle: usize) -> Local {
+    let gradient = particles.gradients.map_or_else(Matrix3::identity, |f| matrix(f[particle]));
+    let rest = wide(particles.rest[particle]);
+    let offset = wide(splats.positions[gaussian]) - rest;
+    let displacement = wide(particles.now[particle]) - rest + (gradient - Matrix3::identity()) * offset;
+    Local { displacement, gradient }
+}
+
+/// A matrix from its rows.
+fn matrix(rows: [f32; 9]) -> Matrix3<f64> {
+    Matrix3::from_row_slice(&rows.map(f64::from))
+}
+
+impl Frame {
+    /// The map around a Gaussian of a rigid body.
+    pub fn local(&self, position: [f32; 3]) -> Local {
+        let x = wide(position);
+        let displacement = (self.rotation - Matrix3::identity()) * x + self.translation;
+        Local { displacement, gradient: self.rotation }
+    }
+}

@@ -1,0 +1,158 @@
+//! Simulation proxies inside a captured surface.
+//!
+//! A capture is a shell: its Gaussians lie on the surface. [`fill`] puts proxies on a lattice inside it. Proxies are
+//! particles of the simulation and are never drawn, so the appearance is unchanged by construction.
+//!
+//! 1. Opaque Gaussians are thinned to one surface point a cell of h/2; normals come from the covariance of neighbours,
+//!    areas from their distance.
+//! 2. A flood from outside over a voxel grid says where outside is; it orients the normals. Voxels that hold points are
+//!    widened by one, which closes small holes; of a few voxel sizes the one that encloses most is taken.
+//! 3. A lattice point is inside where the winding number of the oriented points, w(x) = Σ a n·(p − x) / (4π |p − x|³)
+//!    (Barill et al. 2018), is above ½, the flood did not reach it, and the surface is farther than the margin.
+
+mod ground;
+mod surface;
+mod voxels;
+mod winding;
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use thiserror::Error;
+
+use crate::grid::Grid;
+use crate::splats::Splats;
+
+use surface::Surface;
+use voxels::Voxels;
+use winding::Winding;
+
+/// Lattice points and voxels at most.
+const MOST: f64 = 2e8;
+/// Sizes of voxels that are tried, in units of the spacing.
+const PITCHES: [f64; 4] = [1.0, 1.5, 2.25, 3.4];
+
+/// How a body is filled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Distance h of the lattice, in units of the splats.
+    pub spacing: f64,
+    /// Gaussians more transparent than this are no surface.
+    pub opacity: f64,
+    /// Smallest distance of a proxy from the surface, in units of h.
+    pub margin: f64,
+    /// Largest standard deviation of the surface's Gaussians near a proxy, times this, is a margin too.
+    pub sigmas: f64,
+    /// The margin from standard deviations ends here, in units of h: haze has blobs of any size.
+    pub largest_margin: f64,
+    /// The body stands on the ground, down is −z, and its underside was not captured: it is closed there.
+    pub on_ground: bool,
+}
+
+impl Settings {
+    /// Margin h/2 or three standard deviations, at most 2 h; surface from an opacity of 0.1, because captures
+    /// build walls of many faint Gaussians; all sides captured.
+    pub fn new(spacing: f64) -> Settings {
+        Settings { spacing, opacity: 0.1, margin: 0.5, sigmas: 3.0, largest_margin: 2.0, on_ground: false }
+    }
+}
+
+/// Proxies and how they came about.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Filling {
+    /// Proxies, on the lattice (k + ½) h, by z, then y, then x.
+    pub proxies: Vec<[f32; 3]>,
+    /// Volume of one proxy: h³.
+    pub volume_each: f64,
+    /// Lattice points inside, those nearer to the surface than the margin among them.
+    pub inside: usize,
+    /// Surface points after thinning.
+    pub surface_points: usize,
+    /// Surface points with outside on both sides or on none: they count little for the winding number.
+    pub two_sided: usize,
+    /// Voxel size at which the flood was stopped by the surface.
+    pub pitch: f64,
+}
+
+impl Filling {
+    /// Volume inside the surface, its skin included.
+    pub fn inside_volume(&self) -> f64 {
+        self.inside as f64 * self.volume_each
+    }
+}
+
+/// A body that cannot be filled.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum FillError {
+    /// No distance to work with.
+    #[error("the spacing of the filling must be a positive number")]
+    Spacing,
+    /// Too many lattice points.
+    #[error("a spacing of {0} would need {1:.1e} lattice points; use a larger one or crop the splats")]
+    TooFine(f64, f64),
+    /// Nothing to be inside of.
+    #[error("{0} Gaussians are opaque enough to be a surface and four are needed; lower `opacity`")]
+    NoSurface(usize),
+}
+
+/// Fills the inside.
+///
+/// # Errors
+/// The spacing does not fit, or there is no surface.
+pub fn fill(splats: &Splats, settings: &Settings) -> Result<Filling, FillError> {
+    let h = settings.spacing;
+    if !(h.is_finite() && h > 0.0) {
+        return Err(FillError::Spacing);
+    }
+    let surface = Surface::thinned(splats, settings.opacity, h / 2.0, settings.on_ground);
+    if surface.points.len() < 4 {
+        return Err(FillError::NoSurface(surface.points.len()));
+    }
+    let (lower, upper) = surface.bounds();
+    let wanted = ((upper - lower) / h).add_scalar(9.0).product();
+    if wanted > MOST {
+        return Err(FillError::TooFine(h, wanted));
+    }
+    let tried = PITCHES.map(|p| Voxels::new(&surface.points, lower, upper, p * h));
+    // The first of equals, so that the finest wins.
+    let best = tried
+        .iter()
+        .enumerate()
+        .fold(0, |best, (i, v)| if v.enclosed_volume() > tried[best].enclosed_volume() * 1.01 { i } else { best });
+    let voxels = &tried[best];
+    let surface = surface.without_buried(voxels).oriented(voxels);
+    let grid = Grid::new(&surface.points);
+    let winding = Winding::new(&surface, 4.0 * h);
+
+    let first = (lower / h).map(f64::floor);
+    let size = ((upper / h).map(f64::floor) - first).map(|n| n as usize + 1);
+    let at = |x: usize, y: usize, z: usize| (first + Vector3::new(x as f64, y as f64, z as f64)).add_scalar(0.5) * h;
+    let plane = |z: usize| {
+        let (mut inside, mut proxies, mut found) = (0, Vec::new(), Vec::new());
+        for y in 0..size.y {
+            for x in 0..size.x {
+                let p = at(x, y, z);
+                if voxels.is_outside(p) || winding.at(p) <= 0.5 {
+                    continue;
+                }
+                inside += 1;
+                grid.nearest(p, 1, &mut found);
+                let Some(&(_, nearest)) = found.first() else { continue };
+                let nearest = nearest as usize;
+                let spread = (settings.sigmas * surface.sigmas[nearest]).min(settings.largest_margin * h);
+                if surface.depth(nearest, p) >= spread.max(settings.margin * h) {
+                    proxies.push(p.map(|v| v as f32).into());
+                }
+            }
+        }
+        (inside, proxies)
+    };
+    let planes: Vec<(usize, Vec<[f32; 3]>)> = (0..size.z).into_par_iter().map(plane).collect();
+    Ok(Filling {
+        inside: planes.iter().map(|p| p.0).sum(),
+        proxies: planes.into_iter().flat_map(|p| p.1).collect(),
+        volume_each: h * h * h,
+        surface_points: surface.points.len(),
+        two_sided: surface.confidence.iter().filter(|c| **c < 0.5).count(),
+        pitch: voxels.pitch,
+    })
+}

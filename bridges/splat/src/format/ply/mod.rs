@@ -1,0 +1,22 @@
+//! `.ply` as INRIA and nerfstudio write it: one row of named properties a Gaussian.
+//!
+//! Properties are found by name in any order. `f_rest_i` is channel-major: i = channel · K + coefficient. Normals are
+//! zero and unused in every known writer; they are written as zeros and not kept.
+
+mod columns;
+mod header;
+mod rows;
+mod write;
+
+use super::Format;
+use crate::splats::Axes;
+
+/// The registry entry.
+pub(super) const FORMAT: Format = Format {
+    name: "ply",
+    endings: &["ply"],
+    axes: Axes::Rdf,
+    recognise: |bytes| bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r\n"),
+    read: rows::read,
+    write: Some(write::write),
+};

@@ -1,0 +1,24 @@
+//! Captured Gaussian splats: from a file to a body that can be simulated, and back to a file any viewer opens.
+//!
+//! [`format::read_file`] decodes a file into [`Splats`]; [`Similarity`] brings it to metres and to the axes of a scene;
+//! [`clean`] removes what is no object; [`fill`] puts simulation proxies inside; [`bind`] ties every Gaussian to
+//! particles or to a rigid frame; [`skin`] moves them; [`surfel`] makes Gaussians for bodies that have none.
+//!
+//! Nothing here depends on the number of threads or on the order in which a hash map iterates.
+
+pub mod bind;
+pub mod clean;
+pub mod error;
+pub mod fill;
+pub mod format;
+mod grid;
+mod linalg;
+pub mod sh;
+mod similarity;
+pub mod skin;
+mod splats;
+pub mod surfel;
+
+pub use error::{Fault, SplatError};
+pub use similarity::{Similarity, SimilarityError};
+pub use splats::*;

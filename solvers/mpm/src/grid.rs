@@ -1,0 +1,163 @@
+//! The grid between the two transfers: sum of the tiles, outside influences, walls.
+
+use crate::parts::for_parts;
+use crate::push::Push;
+use crate::real::{Lanes, Real};
+use crate::tally::Tally;
+use crate::tile::{Extent, NODES, Nodes, Tile};
+use crate::topology::{NONE, Topology};
+use crate::walls::{WallNode, WallNodes, Walls, node_position, slide};
+
+/// Velocity and mass at the nodes, and what happened there in this substep.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Grid<R: Real> {
+    /// By entry of the topology: velocity in three lanes, mass in the fourth.
+    pub(crate) nodes: Vec<Nodes<R>>,
+    /// By group of the topology.
+    pub(crate) groups: Vec<Group>,
+    ends: Vec<usize>,
+}
+
+/// What happened in one group.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Group {
+    /// Whether any particle reaches it.
+    pub(crate) used: bool,
+    /// Outside influences.
+    pub(crate) pushed: Tally,
+    /// Walls.
+    pub(crate) walls: Tally,
+    /// Nodes that a rigid partner holds: not a wall's.
+    pub(crate) held: u64,
+}
+
+/// Mass below which a node is empty, as a share of the lightest particle. Momentum and mass of a node shrink with the
+/// same weight, so the smallest weights do no harm, and every one left out would be momentum lost.
+pub(crate) const EMPTY: f64 = 1e-20;
+
+/// What a substep does on the grid.
+#[derive(Clone, Copy)]
+pub(crate) struct Substep<'a> {
+    /// Grid blocks.
+    pub(crate) topology: &'a Topology,
+    /// Grid spacing \[m\].
+    pub(crate) dx: f64,
+    /// Length \[s\].
+    pub(crate) dt: f64,
+    /// Mass below which a node is empty \[kg\].
+    pub(crate) empty: f64,
+    /// Share work among threads.
+    pub(crate) parallel: bool,
+}
+
+impl<R: Real> Grid<R> {
+    /// Room for a topology.
+    pub(crate) fn prepare(&mut self, topology: &Topology) {
+        self.nodes.resize(topology.entries.len(), [R::V::default(); NODES]);
+        self.groups = vec![Group::default(); topology.group_count()];
+        self.ends = topology.groups.iter().skip(1).map(|&e| e as usize).collect();
+    }
+
+    /// Sums the tiles in a fixed order, divides by the mass and adds outside influences.
+    pub(crate) fn gather(&mut self, step: &Substep, tiles: &[Tile<R>], extents: &[Extent], push: &Push) {
+        let topology = step.topology;
+        for_parts(step.parallel, &self.ends, &mut self.nodes, &mut self.groups, &|g, nodes, group| {
+            *group = Group::default();
+            let first = topology.group(g).start;
+            for (i, nodes) in nodes.iter_mut().enumerate() {
+                let mut used = false;
+                for (from, &block) in topology.sources[first + i].iter().enumerate() {
+                    if block != NONE && extents[block as usize].touches(26 - from) {
+                        if !used {
+                            nodes.fill(R::V::default());
+                        }
+                        used = true;
+                        let tile = &tiles[block as usize];
+                        extents[block as usize].runs(26 - from, |t, n, length| {
+                            for (node, part) in nodes[n..n + length].iter_mut().zip(&tile[t..t + length]) {
+                                *node += *part;
+                            }
+                        });
+                    }
+                }
+                group.used |= used;
+                if used {
+                    let entry = topology.entries[first + i];
+                    velocities::<R>(nodes, step, entry.at, entry.body as usize, push, &mut group.pushed);
+                } else {
+                    nodes.fill(R::V::default());
+                }
+            }
+        });
+    }
+
+    /// Applies the walls.
+    pub(crate) fn stop(&mut self, step: &Substep, walls: &Walls) {
+        if walls.list.is_empty() {
+            return;
+        }
+        let topology = step.topology;
+        for_parts(step.parallel, &self.ends, &mut self.nodes, &mut self.groups, &|g, nodes, group| {
+            if !group.used || walls.near[g].is_none() {
+                return;
+            }
+            let first = topology.group(g).start;
+            for (i, nodes) in nodes.iter_mut().enumerate() {
+                let entry = topology.entries[first + i];
+                at_walls::<R>(nodes, step, (entry.at, entry.body as usize), walls, &walls.near[g], group);
+            }
+        });
+    }
+}
+
+fn velocities<R: Real>(
+    nodes: &mut Nodes<R>,
+    step: &Substep,
+    at: [i32; 3],
+    body: usize,
+    push: &Push,
+    pushed: &mut Tally,
+) {
+    let still = push.fields.is_empty() && push.uniform[body].iter().all(|a| a.abs() < f64::MIN_POSITIVE);
+    for (n, node) in nodes.iter_mut().enumerate() {
+        let [px, py, pz, m] = node.array();
+        if m.f64() <= step.empty {
+            *node = R::V::default();
+            continue;
+        }
+        let v = [px / m, py / m, pz / m];
+        if still {
+            *node = R::V::from_array([v[0], v[1], v[2], m]);
+            continue;
+        }
+        let x = node_position(at, n, step.dx);
+        let change = push.at(body, x);
+        let after = [0, 1, 2].map(|k| R::of(v[k].f64() + change[k]));
+        pushed.change(m.f64(), x, v.map(R::f64), after.map(R::f64));
+        *node = R::V::from_array([after[0], after[1], after[2], m]);
+    }
+}
+
+fn at_walls<R: Real>(
+    nodes: &mut Nodes<R>,
+    step: &Substep,
+    (at, body): ([i32; 3], usize),
+    walls: &Walls,
+    near: &WallNodes,
+    group: &mut Group,
+) {
+    let Some(near) = near else { return };
+    // Every wall that a node reaches acts on it, one after the other: exact where their normals are orthogonal.
+    for WallNode { node: n, wall, phi, normal } in &near.list {
+        let [vx, vy, vz, m] = nodes[*n].array();
+        if m.f64() <= step.empty || group.held >> n & 1 == 1 {
+            continue;
+        }
+        let Some(surface) = walls.list[*wall].surface[body] else { continue };
+        let v = [vx, vy, vz].map(R::f64);
+        let Some(after) = slide(surface, *phi, *normal, v, step.dt, step.dx) else { continue };
+        let after = after.map(R::of);
+        group.walls.change(m.f64(), node_position(at, *n, step.dx), v, after.map(R::f64));
+        nodes[*n] = R::V::from_array([after[0], after[1], after[2], m]);
+    }
+}

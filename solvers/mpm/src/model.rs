@@ -1,0 +1,63 @@
+//! What a scene becomes: particles, setting, names.
+
+use cosplat_core::plan::InterfaceId;
+use cosplat_core::plugin::ViewRole;
+
+use crate::real::Real;
+use crate::sim::Setting;
+use crate::store::Seed;
+use crate::walls::Wall;
+
+/// An interface as this solver plays it.
+#[derive(Clone, Debug)]
+pub(crate) struct Face {
+    /// Identity.
+    pub(crate) id: InterfaceId,
+    /// Own body.
+    pub(crate) body: usize,
+    /// Part played.
+    pub(crate) role: ViewRole,
+    /// Rigid partner, where this side resolves.
+    pub(crate) partner: Option<usize>,
+}
+
+/// What is shown of a body.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Shown {
+    /// Whether it is shown at all.
+    pub(crate) has_interface: bool,
+    /// Particles at the surface and their normals at the start, world axes.
+    pub(crate) surface: Vec<(u32, [f64; 3])>,
+    /// Area of one sample \[m²\].
+    pub(crate) area: f64,
+    /// Volume of one particle \[m³\].
+    pub(crate) volume: f64,
+    /// Mass of one particle \[kg\].
+    pub(crate) mass: f64,
+}
+
+/// A scene read.
+#[derive(Clone, Debug)]
+pub(crate) struct Model<R: Real> {
+    pub(crate) names: Vec<String>,
+    pub(crate) seeds: Vec<Seed>,
+    pub(crate) shown: Vec<Shown>,
+    pub(crate) faces: Vec<Face>,
+    pub(crate) walls: Vec<Wall>,
+    pub(crate) setting: Setting<R>,
+    pub(crate) particles: Vec<u64>,
+    pub(crate) threads: usize,
+}
+
+impl<R: Real> Model<R> {
+    /// Index of the first particle of each body, and the end.
+    pub(crate) fn firsts(&self) -> Vec<u64> {
+        let mut sum = 0;
+        std::iter::once(0)
+            .chain(self.particles.iter().map(|n| {
+                sum += n;
+                sum
+            }))
+            .collect()
+    }
+}

@@ -1,0 +1,89 @@
+//! Plugin parameters.
+
+use std::collections::BTreeMap;
+
+use cosplat_core::scene::Source;
+use serde_json::{Map, Value, json};
+
+use crate::law::YieldNorm;
+
+/// Checked parameters.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Params {
+    /// Grid spacing \[m\].
+    pub(crate) spacing: Option<f64>,
+    /// Courant number of the elastic wave.
+    pub(crate) courant: Option<f64>,
+    /// Longest substep \[s\].
+    pub(crate) most: Option<f64>,
+    /// Norm of the yield condition.
+    pub(crate) norm: YieldNorm,
+    /// Shapes of rigid partners about their centres of mass.
+    pub(crate) shapes: BTreeMap<String, Source>,
+    /// Own bodies that stick together where they meet.
+    pub(crate) bonded: Vec<[String; 2]>,
+    /// Bodies that carry Gaussians.
+    pub(crate) carry: Vec<String>,
+}
+
+/// JSON Schema of the parameters.
+pub(crate) fn schema() -> Value {
+    let positive = |what: &str| json!({ "type": "number", "exclusiveMinimum": 0, "description": what });
+    json!({
+        "type": "object",
+        "additionalProperties": false,
+        "properties": {
+            "grid_spacing_m": positive("Grid spacing [m]; default twice the coarsest particle spacing"),
+            "courant": positive("Courant number of the elastic wave; default 0.5, stable up to about 0.74"),
+            "max_substep_s": positive("Longest substep [s]"),
+            "yield_norm": { "enum": ["physical", "genesis"], "description": "Norm compared with the yield stress" },
+            "partner_shapes": { "type": "object", "description": "Source of each rigid partner, about its centre of mass" },
+            "bonded": {
+                "type": "array",
+                "items": { "type": "array", "items": { "type": "string" }, "minItems": 2, "maxItems": 2 },
+                "description": "Pairs of own bodies that stick together"
+            },
+            "carry_gaussians": {
+                "type": "array",
+                "items": { "type": "string" },
+                "description": "Bodies whose particles integrate the total deformation gradient"
+            }
+        }
+    })
+}
+
+impl Params {
+    /// Reads them; names what does not fit.
+    pub(crate) fn read(map: &Map<String, Value>) -> Result<Self, Vec<String>> {
+        let (mut params, mut wrong) = (Self::default(), Vec::new());
+        for (key, value) in map {
+            let number = value.as_f64().filter(|v| v.is_finite() && *v > 0.0);
+            let fits = match key.as_str() {
+                "grid_spacing_m" => set(&mut params.spacing, number),
+                "courant" => set(&mut params.courant, number),
+                "max_substep_s" => set(&mut params.most, number),
+                "yield_norm" => {
+                    params.norm = if value == "genesis" { YieldNorm::Genesis } else { YieldNorm::Physical };
+                    value == "genesis" || value == "physical"
+                }
+                "partner_shapes" => read_into(&mut params.shapes, value),
+                "bonded" => read_into(&mut params.bonded, value),
+                "carry_gaussians" => read_into(&mut params.carry, value),
+                _ => false,
+            };
+            if !fits {
+                wrong.push(format!("parameter `{key}` = {value}"));
+            }
+        }
+        if wrong.is_empty() { Ok(params) } else { Err(wrong) }
+    }
+}
+
+fn set(target: &mut Option<f64>, number: Option<f64>) -> bool {
+    *target = number;
+    number.is_some()
+}
+
+fn read_into<T: serde::de::DeserializeOwned>(target: &mut T, value: &Value) -> bool {
+    serde_json::from_value(value.clone()).map(|read| *target = read).is_ok()
+}

@@ -1,0 +1,148 @@
+//! The particles' half of a substep: to the tiles, back from the grid, strain, plastic flow.
+
+use rayon::prelude::*;
+
+use crate::grid::{Grid, Substep};
+use crate::law::{Law, STRETCH};
+use crate::math::{all, congruence, det_minus_one};
+use crate::parts::for_parts;
+use crate::real::{Lanes, Real};
+use crate::store::{B, C, EP, Quad, Store, V, VOL, X, XLO};
+use crate::tile::{Extent, TILE, Tile};
+use crate::transfer::{from_tile, gradient, strain, to_tile};
+
+/// What one block says after a substep.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct BlockOut {
+    /// Largest speed, squared \[m²/s²\]; not finite when any particle is not.
+    pub(crate) speed: f64,
+    /// Largest Frobenius norm of the velocity gradient, squared \[1/s²\].
+    pub(crate) rate: f64,
+    /// A particle is about to leave the tile.
+    pub(crate) strayed: bool,
+    /// Particles whose stretch was clamped.
+    pub(crate) clamped: u64,
+    /// Energy lost to plastic flow \[J\].
+    pub(crate) plastic: f64,
+}
+
+/// Tiles of all blocks.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tiles<R: Real> {
+    pub(crate) list: Vec<Tile<R>>,
+    pub(crate) extents: Vec<Extent>,
+    pub(crate) out: Vec<BlockOut>,
+    ends: Vec<usize>,
+}
+
+impl<R: Real> Tiles<R> {
+    /// Room for a store's blocks.
+    pub(crate) fn prepare(&mut self, store: &Store<R>) {
+        let blocks = store.blocks.len();
+        self.list.resize(blocks, [R::V::default(); TILE]);
+        self.extents.resize(blocks, Extent::default());
+        self.out = vec![BlockOut::default(); blocks];
+        self.ends = store.blocks.iter().map(|b| b.range().end).collect();
+    }
+
+    /// Particles to tiles.
+    pub(crate) fn fill(&mut self, step: &Substep, store: &Store<R>, laws: &[Law<R>]) {
+        let fill = |((tile, extent), block): ((&mut Tile<R>, &mut Extent), &crate::store::Block)| {
+            let law = &laws[block.body as usize];
+            to_tile::<R>(&store.quads[block.range()], block.live as usize, law, (step.dt, step.dx), tile, extent);
+        };
+        if step.parallel {
+            self.list.par_iter_mut().zip(&mut self.extents).zip(&store.blocks).for_each(fill);
+        } else {
+            self.list.iter_mut().zip(&mut self.extents).zip(&store.blocks).for_each(fill);
+        }
+    }
+
+    /// Grid to particles.
+    pub(crate) fn empty(&mut self, step: &Substep, grid: &Grid<R>, store: &mut Store<R>, laws: &[Law<R>]) {
+        let blocks = &store.blocks;
+        let mut work: Vec<(&mut Tile<R>, &mut BlockOut)> = self.list.iter_mut().zip(&mut self.out).collect();
+        let extents = &self.extents;
+        for_parts(step.parallel, &self.ends, &mut store.quads, &mut work, &|b, quads, (tile, out)| {
+            extents[b].load::<R>(tile, &step.topology.reached[b], &grid.nodes);
+            **out = advance(quads, blocks[b].live as usize, step, tile, &laws[blocks[b].body as usize]);
+        });
+    }
+
+    /// `F ← (I + dt C) F` for bodies that carry total deformation gradients.
+    pub(crate) fn carry(&self, step: &Substep, store: &mut Store<R>, carries: &[bool]) {
+        if store.grads.is_empty() {
+            return;
+        }
+        let (blocks, quads, dt) = (&store.blocks, &store.quads, all::<R>(step.dt));
+        let mut none = vec![(); blocks.len()];
+        for_parts(step.parallel, &self.ends, &mut store.grads, &mut none, &|b, grads, ()| {
+            if !carries[blocks[b].body as usize] {
+                return;
+            }
+            for (f, quad) in grads.iter_mut().zip(&quads[blocks[b].range()]) {
+                let (c, old) = (gradient::<R>(quad), *f);
+                for i in 0..3 {
+                    for j in 0..3 {
+                        f[3 * i + j] += dt * (c[i][0] * old[j] + c[i][1] * old[3 + j] + c[i][2] * old[6 + j]);
+                    }
+                }
+            }
+        });
+    }
+}
+
+fn advance<R: Real>(quads: &mut [Quad<R>], live: usize, step: &Substep, tile: &Tile<R>, law: &Law<R>) -> BlockOut {
+    let (dt, move_by) = (all::<R>(step.dt), all::<R>(step.dt / step.dx));
+    let zero = R::V::default();
+    let (mut speed, mut rate, mut sum) = (zero, zero, zero);
+    let (mut low, mut high) = (all::<R>(1.0), all::<R>(1.0));
+    let (mut clamped, mut plastic) = (0, 0.0);
+    let smallest = all::<R>(STRETCH[0].powi(6) - 1.0);
+    let largest = R::of(3.0 * (STRETCH[1] * STRETCH[1] - 1.0));
+    for (i, quad) in quads.iter_mut().enumerate() {
+        let (v, c) = from_tile::<R>(quad, live - 4 * i, 1.0 / step.dx, tile);
+        for k in 0..3 {
+            quad[V + k] = v[k];
+            quad[C + 3 * k..C + 3 * k + 3].copy_from_slice(&c[k]);
+            // Kahan's sum.
+            let (x, change) = (quad[X + k], v[k] * move_by - quad[XLO + k]);
+            let new = x + change;
+            quad[XLO + k] = (new - x) - change;
+            quad[X + k] = new;
+            (low, high) = (low.min(new), high.max(new));
+        }
+        let mut b = {
+            let row = |i: usize| [c[i][0] * dt, c[i][1] * dt, c[i][2] * dt];
+            congruence::<R>(&[row(0), row(1), row(2)], &strain::<R>(quad))
+        };
+        if law.may_flow(&b) {
+            let (new, flowed, lost) = law.flow(&b);
+            b = new;
+            quad[EP] += flowed;
+            plastic += (lost * quad[VOL]).array().iter().map(|e| e.f64()).sum::<f64>();
+        }
+        let det = det_minus_one::<R>(&b);
+        let trace = (b[0] + b[1] + b[2]).array();
+        if R::V::if_less(smallest, det, zero, all::<R>(1.0)).array() != [R::default(); 4]
+            || trace.iter().any(|&t| t > largest)
+        {
+            let (new, count) = Law::<R>::clamp(&b, quad[VOL]);
+            (b, clamped) = (new, clamped + count);
+        }
+        quad[B..B + 6].copy_from_slice(&b);
+        let v2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+        let c2 = c.iter().flatten().fold(zero, |s, c| s + *c * *c);
+        (speed, rate, sum) = (speed.max(v2), rate.max(c2), sum + v2 + c2 + det);
+    }
+    let most = |v: R::V| v.array().iter().fold(0.0, |a: f64, b| a.max(b.f64()));
+    let finite = sum.array().iter().all(|s| s.finite());
+    let (first, last) = (low.array(), high.array());
+    BlockOut {
+        speed: if finite { most(speed) } else { f64::NAN },
+        rate: most(rate),
+        strayed: first.iter().any(|&x| x < R::of(-0.5)) || last.iter().any(|&x| x >= R::of(5.5)),
+        clamped,
+        plastic,
+    }
+}

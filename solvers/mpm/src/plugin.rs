@@ -1,0 +1,269 @@
+//! The plugin contract around the simulation.
+
+use std::collections::BTreeMap;
+
+use cosplat_core::boundary::{BoundaryState, Impulses, norm, sub};
+use cosplat_core::control::PROTOCOL;
+use cosplat_core::plan::BoundaryForm;
+use cosplat_core::plugin::{
+    BoundaryOutput, Descriptor, Inputs, InterfaceReport, InterfaceRole, Outputs, Plugin, PluginError, Pulse, Report,
+    Saves, Setup, SetupBoundary, SolverScene, StateReader, StateSink, Step,
+};
+
+use crate::kick::{Kick, Kicks};
+use crate::model::Model;
+use crate::params::schema;
+use crate::proxy::Proxy;
+use crate::read::read;
+use crate::real::Real;
+use crate::show::statics;
+use crate::sim::{Books, Course, Sim};
+use crate::store::Store;
+use crate::walls::Walls;
+
+/// Stretch clamps per particle and substep above which a result means nothing.
+const MOST_CLAMPED: f64 = 1e-3;
+
+/// The material point solver in single (`Mpm<f32>`) or double precision (`Mpm<f64>`).
+#[derive(Debug, Default)]
+pub struct Mpm<R: Real> {
+    run: Option<Run<R>>,
+}
+
+#[derive(Debug)]
+struct Run<R: Real> {
+    model: Model<R>,
+    sim: Sim<R>,
+    /// Positions at t = 0, by identity \[m\].
+    start: Vec<[f64; 3]>,
+    dissipated: f64,
+    /// Last velocity and angular velocity of each partner's stand-in.
+    foreseen: Vec<Option<[[f64; 3]; 2]>>,
+    pool: Option<rayon::ThreadPool>,
+}
+
+impl<R: Real> Plugin for Mpm<R> {
+    fn describe(&self) -> Descriptor {
+        let double = size_of::<R>() == 8;
+        let features = ["statics", "gravity", "acceleration-field", "point-force", "impulse"];
+        Descriptor {
+            name: if double { "mpm-f64" } else { "mpm" }.into(),
+            version: env!("CARGO_PKG_VERSION").into(),
+            summary: format!("Material points: elastic and elastoplastic solids, {}", R::NAME),
+            protocol: [PROTOCOL, PROTOCOL],
+            body_kinds: ["box", "sphere", "cylinder", "points", "cloud"].map(String::from).into(),
+            materials: ["elastic", "elastoplastic"].map(String::from).into(),
+            roles: vec![InterfaceRole::ResolveProxy, InterfaceRole::Respond],
+            boundary: if double {
+                BoundaryForm::SamplesF64 { normals: true }
+            } else {
+                BoundaryForm::SamplesF32 { normals: true }
+            },
+            features: features.map(String::from).into(),
+            probes: Vec::new(),
+            saves: Saves { bytes: true, deterministic: true },
+            params_schema: schema(),
+        }
+    }
+
+    fn setup(&mut self, scene: &SolverScene) -> Result<Setup, PluginError> {
+        let model: Model<R> = read(scene)?;
+        let with_gradients = model.setting.carries.contains(&true);
+        let store = Store::new(&model.seeds, model.setting.dx, with_gradients)
+            .ok_or_else(|| PluginError::Unsupported("a body is more than 500 000 grid cells from the origin".into()))?;
+        let sim = Sim::new(model.setting.clone(), store, Walls::new(model.walls.clone()));
+        let pool = (model.threads > 1)
+            .then(|| rayon::ThreadPoolBuilder::new().num_threads(model.threads).build())
+            .transpose()
+            .map_err(|e| PluginError::Unsupported(format!("{} threads: {e}", model.threads)))?;
+        let start = model.seeds.iter().map(|s| s.position).collect();
+        let foreseen = vec![None; model.setting.partners.len()];
+        let run = Run { model, sim, start, dissipated: 0.0, foreseen, pool };
+        let setup = run.setup();
+        self.run = Some(run);
+        Ok(setup)
+    }
+
+    fn advance(&mut self, step: &Step, inputs: &Inputs, pulse: &mut dyn Pulse) -> Result<Outputs, PluginError> {
+        let run = self.run.as_mut().ok_or_else(not_set_up)?;
+        let proxies = run.proxies(inputs)?;
+        let residuals = run.residuals(&proxies);
+        let kicks = run.kicks(inputs)?;
+        let books = Books { dissipated: run.dissipated, ..Books::default() };
+        let length = step.length_s;
+        let sim = &mut run.sim;
+        let mut course = Course { start: step.start_s, length, proxies, kicks, books };
+        sim.run(&mut course, run.pool.as_ref(), pulse)?;
+        run.dissipated = course.books.dissipated;
+        for proxy in &course.proxies {
+            let (v, w) = proxy.twist();
+            run.foreseen[proxy.partner] = Some([v, w]);
+        }
+        run.check(&course)?;
+        Ok(run.outputs(step.start_s + length, &course, &residuals))
+    }
+
+    fn save(&self, sink: &mut dyn StateSink) {
+        let Some(run) = &self.run else { return };
+        run.sim.store.save(sink);
+        sink.f64(run.dissipated);
+        for foreseen in &run.foreseen {
+            sink.u64(u64::from(foreseen.is_some()));
+            foreseen.unwrap_or_default().into_iter().for_each(|v| sink.vec3(v));
+        }
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), PluginError> {
+        let run = self.run.as_mut().ok_or_else(not_set_up)?;
+        let mut reader = StateReader::new(state);
+        let store = run.sim.store.load(&mut reader, run.model.names.len())?;
+        let dissipated = reader.f64()?;
+        let mut foreseen = Vec::new();
+        for _ in &run.foreseen {
+            let known = reader.u64()? != 0;
+            let twist = [reader.vec3()?, reader.vec3()?];
+            foreseen.push(known.then_some(twist));
+        }
+        reader.end()?;
+        run.sim.store = store;
+        (run.dissipated, run.foreseen) = (dissipated, foreseen);
+        run.sim.rebuild(true);
+        Ok(())
+    }
+}
+
+impl<R: Real> Run<R> {
+    fn setup(&self) -> Setup {
+        let firsts = self.model.firsts();
+        let shown = self.model.shown.iter().enumerate().filter(|(_, s)| s.has_interface);
+        let boundaries = shown.map(|(i, shown)| SetupBoundary {
+            body: self.model.names[i].clone(),
+            statics: statics(shown, firsts[i] as u32),
+            state: self.sim.samples(shown),
+        });
+        let (dt, bound) = self.sim.stable(f64::INFINITY);
+        let words = bound.words(&self.model.names, &self.sim.setting.limits);
+        let (bodies, energy) = self.sim.states(&self.start, 0.0, 0.0);
+        let interfaces =
+            self.model.faces.iter().map(|f| InterfaceReport { interface: f.id, ..InterfaceReport::default() });
+        let report = Report {
+            substep_bound_by: words.clone(),
+            bodies,
+            energy,
+            interfaces: interfaces.collect(),
+            ..Report::default()
+        };
+        Setup {
+            boundaries: boundaries.collect(),
+            report,
+            stable_dt: dt.is_finite().then_some((dt, words)),
+            particles: self.model.particles.clone(),
+            left_out: Vec::new(),
+        }
+    }
+
+    /// Stand-ins of all rigid partners, in the order of the partners.
+    fn proxies(&self, inputs: &Inputs) -> Result<Vec<Proxy>, PluginError> {
+        let mut proxies = Vec::new();
+        for (index, partner) in self.sim.setting.partners.iter().enumerate() {
+            let record = self.model.faces.iter().filter(|f| f.partner == Some(index)).find_map(|f| {
+                let input = inputs.partner(f.id)?;
+                if let BoundaryState::Proxy(record) = &input.now { Some(record) } else { None }
+            });
+            let record = record.ok_or_else(|| refused(&format!("a step without the record of `{}`", partner.name)))?;
+            if !Proxy::is_sound(record) {
+                return Err(PluginError::Physics(format!("the record of `{}` is not finite", partner.name)));
+            }
+            proxies.push(Proxy::new(index, record, self.model.names.len()));
+        }
+        Ok(proxies)
+    }
+
+    /// Speed by which each partner differs from what its stand-in foresaw.
+    fn residuals(&self, proxies: &[Proxy]) -> Vec<f64> {
+        let differs = |p: &Proxy| {
+            let (v, _) = p.twist();
+            self.foreseen[p.partner].map_or(0.0, |[before, _]| norm(sub(v, before)))
+        };
+        proxies.iter().map(differs).collect()
+    }
+
+    fn kicks(&self, inputs: &Inputs) -> Result<Kicks, PluginError> {
+        let mut kicks = Vec::new();
+        for input in &inputs.impulses {
+            let face = self.model.faces.iter().position(|f| f.id == input.interface && f.role.takes_impulses());
+            let index = face.ok_or_else(|| refused(&format!("impulses at interface {}", input.interface)))?;
+            let surface = &self.model.shown[self.model.faces[index].body].surface;
+            let Impulses::Samples(wanted) = &input.impulses else {
+                return Err(refused("a rigid impulse on particles"));
+            };
+            if wanted.len() != surface.len() {
+                return Err(refused(&format!("{} impulses on {} samples", wanted.len(), surface.len())));
+            }
+            if wanted.iter().flatten().any(|j| !j.is_finite()) {
+                return Err(PluginError::Physics(format!("impulses at interface {} are not finite", input.interface)));
+            }
+            let ids = surface.iter().map(|&(id, _)| id).collect();
+            kicks.push(Kick::new(index, ids, wanted.clone(), input.spread));
+        }
+        Ok(Kicks(kicks))
+    }
+
+    fn check(&self, course: &Course) -> Result<(), PluginError> {
+        let clamped = course.books.clamped as f64;
+        if clamped > MOST_CLAMPED * (self.sim.store.len() as f64) * course.books.substeps as f64 {
+            return Err(PluginError::Physics(format!(
+                "stretches of particles left the range 0.05 to 20 {clamped} times in {} substeps",
+                course.books.substeps
+            )));
+        }
+        Ok(())
+    }
+
+    fn outputs(&self, t: f64, course: &Course, residuals: &[f64]) -> Outputs {
+        let shown = self.model.shown.iter().enumerate().filter(|(_, s)| s.has_interface);
+        let boundaries =
+            shown.map(|(i, s)| BoundaryOutput { body: self.model.names[i].clone(), state: self.sim.samples(s) });
+        let mut impulses = Vec::new();
+        let mut interfaces = Vec::new();
+        for (index, face) in self.model.faces.iter().enumerate() {
+            let mut report = InterfaceReport { interface: face.id, ..InterfaceReport::default() };
+            if let Some(partner) = face.partner {
+                let proxy = &course.proxies[partner];
+                let own = &proxy.on_own[face.body];
+                (report.received, report.gross, report.work_j) = (own.wrench, own.gross, own.work);
+                report.residual = residuals[partner];
+                impulses.push((face.id, Impulses::Rigid(proxy.on_partner[face.body])));
+            } else if let Some(kick) = course.kicks.0.iter().find(|k| k.index == index) {
+                (report.received, report.gross, report.work_j) = kick.totals();
+            }
+            interfaces.push(report);
+        }
+        let books = &course.books;
+        let (bodies, energy) = self.sim.states(&self.start, t, books.dissipated);
+        let counters = [
+            ("stretch-clamps", books.clamped),
+            ("rollbacks", books.rollbacks),
+            ("nodes-near-two-colliders", books.shared),
+            ("sorts", books.sorts),
+        ];
+        let report = Report {
+            substeps: books.substeps,
+            substep_bound_by: books.bound.words(&self.model.names, &self.sim.setting.limits),
+            bodies,
+            external: books.external.wrench,
+            energy,
+            interfaces,
+            counters: counters.iter().map(|&(name, n)| (name.to_owned(), n)).collect::<BTreeMap<_, _>>(),
+        };
+        Outputs { boundaries: boundaries.collect(), impulses, report }
+    }
+}
+
+fn refused(what: &str) -> PluginError {
+    PluginError::Unsupported(format!("the material point solver does not support: {what}"))
+}
+
+fn not_set_up() -> PluginError {
+    PluginError::Unsupported("the material point solver cannot advance before it has a scene".into())
+}

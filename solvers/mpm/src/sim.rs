@@ -1,0 +1,263 @@
+//! Substeps: choice of the length, the sequence of passes, guards with rollback.
+
+use std::ops::Range;
+
+use cosplat_core::plugin::{PluginError, Pulse, Signal};
+
+use crate::contact::Pairs;
+use crate::grid::{EMPTY, Grid, Substep};
+use crate::kick::Kicks;
+use crate::law::Law;
+use crate::particles::Tiles;
+use crate::proxy::{Partner, Proxy, resolve};
+use crate::push::{Action, Push};
+use crate::real::Real;
+use crate::stable::{Bound, Limits};
+use crate::store::Store;
+use crate::tally::Tally;
+use crate::topology::Topology;
+use crate::walls::Walls;
+
+/// Substeps between two choices of their length, and between two safe copies of the state.
+const SEGMENT: u64 = 32;
+/// Halvings of the substep before a segment is given up.
+const MOST_ROLLBACKS: u32 = 6;
+/// Particle-substeps between two beats of the pulse: about a tenth of a second.
+const BEAT: u64 = 1_000_000;
+/// Particles below which one thread is faster than several.
+const SERIAL_BELOW: usize = 8000;
+/// Largest `dt |C|` of a substep: above it a cell would stretch by more than half.
+const MOST_STRETCH: f64 = 0.5;
+/// Largest way of a particle in one substep, in cells.
+const MOST_WAY: f64 = 0.5;
+
+/// What never changes in a run.
+#[derive(Clone, Debug)]
+pub(crate) struct Setting<R: Real> {
+    /// Grid spacing \[m\].
+    pub(crate) dx: f64,
+    /// Material by body.
+    pub(crate) laws: Vec<Law<R>>,
+    /// Bodies that carry total deformation gradients.
+    pub(crate) carries: Vec<bool>,
+    /// Outside influences.
+    pub(crate) actions: Vec<Action>,
+    /// Contact among own bodies.
+    pub(crate) pairs: Pairs,
+    /// Rigid partners.
+    pub(crate) partners: Vec<Partner>,
+    /// Limits of the substep.
+    pub(crate) limits: Limits,
+    /// Mass of the lightest particle \[kg\].
+    pub(crate) lightest: f64,
+    /// More than one thread.
+    pub(crate) threads: bool,
+}
+
+/// What happened in one step of the coupling.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Books {
+    /// Outside influences and walls.
+    pub(crate) external: Tally,
+    /// Energy lost to plastic flow, friction and impact since the start of the run \[J\].
+    pub(crate) dissipated: f64,
+    /// Substeps.
+    pub(crate) substeps: u64,
+    /// Term that bound the last substep.
+    pub(crate) bound: Bound,
+    /// Particles whose stretch was clamped, summed over substeps.
+    pub(crate) clamped: u64,
+    /// Segments repeated with half the substep.
+    pub(crate) rollbacks: u64,
+    /// Nodes within reach of two colliders, summed over substeps.
+    pub(crate) shared: u64,
+    /// Re-sorts.
+    pub(crate) sorts: u64,
+}
+
+/// All that changes, and the grid.
+#[derive(Clone, Debug)]
+pub(crate) struct Sim<R: Real> {
+    pub(crate) setting: Setting<R>,
+    pub(crate) store: Store<R>,
+    pub(crate) walls: Walls,
+    topology: Topology,
+    tiles: Tiles<R>,
+    grid: Grid<R>,
+    /// Particles at the start of the segment.
+    safe: Store<R>,
+}
+
+/// One step of the coupling in progress.
+#[derive(Clone, Debug)]
+pub(crate) struct Course {
+    /// Start and length \[s\].
+    pub(crate) start: f64,
+    pub(crate) length: f64,
+    /// Stand-ins of rigid partners.
+    pub(crate) proxies: Vec<Proxy>,
+    /// Impulses on own samples.
+    pub(crate) kicks: Kicks,
+    /// What happened.
+    pub(crate) books: Books,
+}
+
+impl<R: Real> Sim<R> {
+    /// Around sorted particles.
+    pub(crate) fn new(setting: Setting<R>, store: Store<R>, walls: Walls) -> Self {
+        let mut sim = Self {
+            setting,
+            store,
+            walls,
+            topology: Topology::default(),
+            tiles: Tiles::default(),
+            grid: Grid::default(),
+            safe: Store::default(),
+        };
+        sim.rebuild(true);
+        sim
+    }
+
+    /// Whether work is shared among threads.
+    pub(crate) fn parallel(&self) -> bool {
+        self.setting.threads && self.store.len() >= SERIAL_BELOW
+    }
+
+    /// Makes the grid fit the particles' blocks.
+    pub(crate) fn rebuild(&mut self, changed: bool) {
+        if changed {
+            self.topology = Topology::new(&self.store.blocks);
+            self.grid.prepare(&self.topology);
+            self.walls.prepare(&self.topology, self.setting.dx);
+        }
+        self.tiles.prepare(&self.store);
+    }
+
+    /// Covers one step of the coupling.
+    pub(crate) fn run(
+        &mut self,
+        course: &mut Course,
+        pool: Option<&rayon::ThreadPool>,
+        pulse: &mut dyn Pulse,
+    ) -> Result<(), PluginError> {
+        let (mut time, mut halvings) = (0.0, 0_u32);
+        while time < course.length {
+            let left = course.length - time;
+            let (bound_dt, bound) = self.stable(left);
+            course.books.bound = bound;
+            let count = (left / (bound_dt / f64::from(1_u32 << halvings)) - 1e-9).ceil().max(1.0);
+            let (now, dt) = (count.min(SEGMENT as f64), left / count);
+            self.safe.copy_from(&self.store);
+            let safe = course.clone();
+            let at_once = (BEAT / self.store.len().max(1) as u64).max(1);
+            let (mut done, mut from) = (true, 0);
+            while done && from < now as u64 {
+                let to = (from + at_once).min(now as u64);
+                done = match pool.filter(|_| self.parallel()) {
+                    Some(pool) => pool.install(|| self.substeps(course, time, dt, from..to)),
+                    None => self.substeps(course, time, dt, from..to),
+                };
+                from = to;
+                let beats = course.books.substeps;
+                if pulse.beat(beats, beats + count as u64 - to) == Signal::Abort {
+                    return Err(PluginError::Aborted);
+                }
+            }
+            if done {
+                time = if now < count { time + now * dt } else { course.length };
+                halvings = halvings.saturating_sub(1);
+                continue;
+            }
+            let complaint = self.complaint(course.start + time, dt);
+            let rollbacks = course.books.rollbacks + 1;
+            self.store.copy_from(&self.safe);
+            *course = safe;
+            course.books.rollbacks = rollbacks;
+            self.rebuild(true);
+            halvings += 1;
+            if halvings > MOST_ROLLBACKS {
+                return Err(PluginError::Physics(complaint));
+            }
+        }
+        Ok(())
+    }
+
+    /// Several substeps of one length. False when one left the range in which its result means anything.
+    fn substeps(&mut self, course: &mut Course, time: f64, dt: f64, mut which: Range<u64>) -> bool {
+        which.all(|i| {
+            course.books.substeps += 1;
+            self.substep(course, time + i as f64 * dt, dt)
+        })
+    }
+
+    /// Largest stable substep of now, no longer than `longest` \[s\], and what binds it.
+    pub(crate) fn stable(&self, longest: f64) -> (f64, Bound) {
+        let Setting { dx, limits, laws, .. } = &self.setting;
+        limits.substep(&self.store, laws, *dx, longest, self.parallel())
+    }
+
+    /// One substep. False when it left the range in which its result means anything.
+    fn substep(&mut self, course: &mut Course, from: f64, dt: f64) -> bool {
+        let Self { setting, store, walls, topology, tiles, grid, .. } = self;
+        let parallel = setting.threads && store.len() >= SERIAL_BELOW;
+        let step = Substep { topology, dx: setting.dx, dt, empty: EMPTY * setting.lightest, parallel };
+        let start = course.start + from;
+        let push = Push::new(&setting.actions, setting.laws.len(), start, start + dt);
+        course.kicks.apply(store, setting.dx, (from + dt) / course.length);
+        tiles.fill(&step, store, &setting.laws);
+        grid.gather(&step, &tiles.list, &tiles.extents, &push);
+        let (lost, _) = setting.pairs.exchange(&step, grid);
+        course.books.dissipated += lost;
+        if !course.proxies.is_empty() {
+            course.books.shared += resolve(&step, grid, walls, &setting.partners, &mut course.proxies);
+        }
+        grid.stop(&step, walls);
+        tiles.empty(&step, grid, store, &setting.laws);
+        tiles.carry(&step, store, &setting.carries);
+        for group in &grid.groups {
+            course.books.external.add(&group.pushed);
+            course.books.external.add(&group.walls);
+            course.books.dissipated -= group.walls.work;
+        }
+        let (mut speed, mut rate, mut strayed) = (0.0_f64, 0.0_f64, false);
+        for out in &tiles.out {
+            // NaN must stay: f64::max would drop it.
+            speed = if out.speed.is_nan() {
+                f64::NAN
+            } else if speed.is_nan() {
+                speed
+            } else {
+                speed.max(out.speed)
+            };
+            rate = rate.max(out.rate);
+            strayed |= out.strayed;
+            course.books.clamped += out.clamped;
+            course.books.dissipated += out.plastic;
+        }
+        let fine = speed.sqrt() * dt <= MOST_WAY * setting.dx && rate.sqrt() * dt <= MOST_STRETCH;
+        if fine && strayed {
+            course.books.sorts += 1;
+            let changed = store.sort(parallel);
+            self.rebuild(changed);
+        }
+        fine
+    }
+
+    fn complaint(&self, time: f64, dt: f64) -> String {
+        let mut worst = (0.0, 0, 0);
+        for (block, slot) in self.store.each() {
+            let rate: f64 = (0..9).map(|k| self.store.field(slot, crate::store::C + k).powi(2)).sum();
+            if rate.is_nan() || rate > worst.0 {
+                worst = (rate, self.store.ids[slot / 4][slot % 4], block.body);
+            }
+        }
+        format!(
+            "the material point solver lost the motion at t = {time:.6e} s: even substeps of {dt:.3e} s stretch a cell by \
+             more than half or move a particle by more than half a cell (particle {} of body {}, velocity gradient \
+             {:.3e} 1/s)",
+            worst.1,
+            worst.2,
+            worst.0.sqrt()
+        )
+    }
+}

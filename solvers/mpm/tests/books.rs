@@ -1,0 +1,108 @@
+//! What must hold bit by bit or to rounding: contact momentum, restore, threads, sensitivity.
+
+#[cfg(test)]
+mod common;
+
+use common::{Run, body, cuboid, elastic, gravity, moving, plane, scene, set};
+use cosplat_core::plugin::{Plugin, SolverScene};
+use cosplat_core::scene::{Material, Source, Wall};
+use cosplat_mpm::{Mpm, Real};
+
+/// Two blocks that fly into each other off-centre; returns the run after contact.
+fn collide<R: Real>(windows: u32) -> Run<R> {
+    let a = body("a", elastic(500.0, 1e5, 0.3), cuboid([0.16; 3]), [0.0; 3], 0.02);
+    let b = body("b", elastic(800.0, 2e5, 0.2), Source::Sphere { radius_m: 0.09 }, [0.23, 0.05, 0.01], 0.02);
+    let start = scene(vec![moving(a, [1.0, 0.0, 0.0], [0.0; 3]), moving(b, [-1.0, 0.1, 0.0], [0.0, 0.0, 2.0])], 1e-3);
+    let mut run = Run::<R>::new(start);
+    for _ in 0..windows {
+        run.step();
+    }
+    run
+}
+
+#[test]
+fn contact_of_two_bodies_keeps_momentum() {
+    let mut double = collide::<f64>(150);
+    println!("f64: {:?} of {} in {} substeps", double.defect, double.gross, double.substeps);
+    assert!(double.defect[0] < 1e-12 * double.gross && double.defect[1] < 1e-12 * double.gross, "{:?}", double.defect);
+    let states = double.step().report.bodies;
+    println!("velocities {:?} {:?}", states[0].linear_velocity_m_s, states[1].linear_velocity_m_s);
+    // They touched and bounced: the relative velocity along x turned round.
+    assert!(states[0].linear_velocity_m_s[0] < states[1].linear_velocity_m_s[0]);
+    let single = collide::<f32>(150);
+    println!("f32: {:?} of {} in {} substeps", single.defect, single.gross, single.substeps);
+    assert!(single.defect[0] < 1e-6 * single.gross, "{:?}", single.defect);
+}
+
+/// A scene with everything in it: walls, gravity, plasticity, two bodies, sorting.
+fn everything() -> SolverScene {
+    let can = Material::Elastoplastic {
+        density_kg_m3: 300.0,
+        youngs_modulus_pa: 2e5,
+        poissons_ratio: 0.22,
+        yield_stress_pa: 2e3,
+    };
+    let a = body("a", elastic(500.0, 1e5, 0.3), cuboid([0.3, 0.3, 0.2]), [0.0, 0.0, 0.11], 0.01);
+    let b = body("b", can, Source::Cylinder { radius_m: 0.08, height_m: 0.15 }, [0.02, 0.01, 0.3], 0.01);
+    let mut scene = scene(vec![a, moving(b, [0.3, 0.0, -2.0], [0.0, 1.0, 0.0])], 1e-3);
+    let friction = Wall::Friction { static_friction: 0.4, kinetic_friction: 0.3 };
+    scene.statics = vec![plane("floor", [0.0; 3], common::UPRIGHT, friction)];
+    scene.actions.push(gravity(-9.81));
+    set(&mut scene, "carry_gaussians", vec!["b"]);
+    scene
+}
+
+fn hash_after(mut scene: SolverScene, threads: usize, windows: u32) -> u128 {
+    scene.threads = threads;
+    let mut run = Run::<f32>::new(scene);
+    for _ in 0..windows {
+        run.step();
+    }
+    run.hash()
+}
+
+#[test]
+fn threads_change_nothing_and_one_ulp_does() {
+    let mut run = Run::<f32>::new(everything());
+    let mut last = None;
+    for _ in 0..40 {
+        last = Some(run.step());
+    }
+    let report = last.expect("windows").report;
+    println!("{} particles, {} substeps, {:?}", run.setup.particles.iter().sum::<u64>(), run.substeps, report.counters);
+    println!("defect {:?} of {}; {:?}", run.defect, run.gross, report.energy);
+    assert!(report.energy.dissipated_j > 0.0);
+    assert!(run.setup.particles.iter().sum::<u64>() > 8000, "enough to share among threads");
+    assert!(run.defect[0] < 1e-6 * run.gross && run.defect[1] < 1e-6 * run.gross, "{:?} of {}", run.defect, run.gross);
+    let one = run.hash();
+    for threads in [2, 3] {
+        assert_eq!(one, hash_after(everything(), threads, 40), "{threads} threads");
+    }
+    let mut other = everything();
+    other.actions = vec![gravity(f64::from_bits((-9.81_f64).to_bits() + (1 << 29)))];
+    assert_ne!(one, hash_after(other, 1, 40));
+}
+
+#[test]
+fn restore_is_bitwise() {
+    let mut run = Run::<f32>::new(everything());
+    for _ in 0..25 {
+        run.step();
+    }
+    let (saved, window) = (run.bytes(), run.window);
+    let after = |run: &mut Run<f32>| {
+        let out = (0..10).map(|_| run.step()).last().expect("a window");
+        (run.bytes(), out)
+    };
+    let first = after(&mut run);
+    run.plugin.restore(&saved).expect("it fits");
+    run.window = window;
+    assert!(run.bytes() == saved);
+    assert!(after(&mut run) == first, "same solver, restored");
+    let mut fresh = Run::<f32>::new(everything());
+    fresh.plugin.restore(&saved).expect("it fits");
+    fresh.window = window;
+    assert!(after(&mut fresh) == first, "fresh solver, restored");
+    assert!(fresh.plugin.restore(&saved[..saved.len() - 1]).is_err());
+    assert!(Mpm::<f32>::default().restore(&saved).is_err());
+}
