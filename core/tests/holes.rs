@@ -129,3 +129,17 @@ fn who_greets_after_the_end_is_told_so() {
     });
     assert!(told, "{actions:?}");
 }
+
+/// A participant repeats its failure until it is answered: without an abort it would linger for seconds.
+#[test]
+fn who_reports_its_failure_is_answered() {
+    let scenario = Scenario::from_seed(0);
+    let mut coordinator = running(&scenario);
+    let failed = Up::Failed { kind: control::FailureKind::Physics, message: "it blew up".into() };
+    let actions = coordinator.on(Event::Up(1, said(failed)), Duration::ZERO);
+    let answered = actions.iter().any(|a| {
+        matches!(a, Action::Send(1, bytes) if control::decode::<control::Down>(bytes)
+            .is_ok_and(|e| matches!(e.body, control::Down::Abort { .. })))
+    });
+    assert!(answered, "{actions:?}");
+}

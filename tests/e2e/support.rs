@@ -9,38 +9,38 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 
 /// A scratch folder with a scene, and what a run left behind.
-pub struct Run {
+pub(crate) struct Run {
     /// Exit code; 128 + signal for a death by signal.
-    pub code: i32,
+    pub(crate) code: i32,
     /// Standard output.
-    pub stdout: String,
+    pub(crate) stdout: String,
     /// Standard error.
-    pub stderr: String,
+    pub(crate) stderr: String,
     /// `summary.json`, null if there is none.
-    pub summary: Value,
+    pub(crate) summary: Value,
     /// Run folder.
-    pub folder: PathBuf,
+    pub(crate) folder: PathBuf,
     /// How long it took.
-    pub took: Duration,
+    pub(crate) took: Duration,
     _scratch: tempfile::TempDir,
 }
 
 impl Run {
     /// Asserts the exit code and shows what was said if it differs.
     #[track_caller]
-    pub fn expect_code(self, code: i32) -> Self {
+    pub(crate) fn expect_code(self, code: i32) -> Self {
         assert_eq!(self.code, code, "stderr:\n{}\nstdout:\n{}", self.stderr, self.stdout);
         self
     }
 
     /// Chain of all states.
     #[track_caller]
-    pub fn hash(&self) -> String {
+    pub(crate) fn hash(&self) -> String {
         self.summary["state_hash"].as_str().expect("a run that settled windows has a hash").to_owned()
     }
 
     /// A column of the ledger, as text.
-    pub fn ledger(&self, column: &str) -> Vec<String> {
+    pub(crate) fn ledger(&self, column: &str) -> Vec<String> {
         let text = std::fs::read_to_string(self.folder.join("ledger.csv")).expect("the run wrote it");
         let mut lines = text.lines().map(|l| l.split(',').map(str::to_owned).collect::<Vec<_>>());
         let header = lines.next().unwrap_or_default();
@@ -50,7 +50,7 @@ impl Run {
     }
 
     /// A CSV file of the run folder: header and rows of numbers (text that is no number becomes NaN).
-    pub fn csv(&self, name: &str) -> (Vec<String>, Vec<Vec<f64>>) {
+    pub(crate) fn csv(&self, name: &str) -> (Vec<String>, Vec<Vec<f64>>) {
         let text = std::fs::read_to_string(self.folder.join(name)).expect("the run wrote it");
         let mut lines = text.lines();
         let header = lines.next().unwrap_or_default().split(',').map(str::to_owned).collect();
@@ -60,7 +60,7 @@ impl Run {
 }
 
 /// The program with a scene in a scratch folder; not started yet.
-pub struct Program {
+pub(crate) struct Program {
     scratch: tempfile::TempDir,
     token: String,
     command: Command,
@@ -69,7 +69,7 @@ pub struct Program {
 
 impl Program {
     /// `cosplat run` on the text of a scene.
-    pub fn run(scene: &str, args: &[&str]) -> Self {
+    pub(crate) fn run(scene: &str, args: &[&str]) -> Self {
         let scratch = tempfile::tempdir().expect("a scratch folder");
         let file = scratch.path().join("scene.toml");
         std::fs::write(&file, scene).expect("the scene can be written");
@@ -83,43 +83,43 @@ impl Program {
     }
 
     /// Starts it.
-    pub fn start(mut self) -> Running {
+    pub(crate) fn start(mut self) -> Running {
         let child = self.command.spawn().expect("cosplat starts");
         Running { child, program: self, began: Instant::now() }
     }
 
     /// Starts it, waits for its end, and checks that nothing of it is left running.
-    pub fn finish(self) -> Run {
+    pub(crate) fn finish(self) -> Run {
         self.start().finish()
     }
 }
 
 /// A program that runs.
-pub struct Running {
+pub(crate) struct Running {
     /// The process.
-    pub child: Child,
+    pub(crate) child: Child,
     program: Program,
     began: Instant,
 }
 
 impl Running {
     /// Sends a signal by name.
-    pub fn signal(&self, name: &str) {
+    pub(crate) fn signal(&self, name: &str) {
         send_signal(name, self.child.id());
     }
 
     /// Run folder.
-    pub fn folder(&self) -> &Path {
+    pub(crate) fn folder(&self) -> &Path {
         &self.program.folder
     }
 
     /// Processes of this run, the program itself apart.
-    pub fn children(&self) -> Vec<u32> {
+    pub(crate) fn children(&self) -> Vec<u32> {
         processes_with(&self.program.token).into_iter().filter(|&p| p != self.child.id()).collect()
     }
 
     /// Waits until a file of the run folder has that many lines.
-    pub fn wait_for_lines(&self, name: &str, lines: usize) {
+    pub(crate) fn wait_for_lines(&self, name: &str, lines: usize) {
         let file = self.folder().join(name);
         let deadline = Instant::now() + Duration::from_secs(15);
         while std::fs::read_to_string(&file).map_or(0, |t| t.lines().count()) < lines {
@@ -129,7 +129,7 @@ impl Running {
     }
 
     /// Waits for its end, and checks that nothing of it is left running.
-    pub fn finish(self) -> Run {
+    pub(crate) fn finish(self) -> Run {
         let Self { child, program, began } = self;
         let output = child.wait_with_output().expect("cosplat can be waited for");
         let took = began.elapsed();
@@ -154,7 +154,7 @@ impl Running {
 }
 
 /// Sends a signal by name to a process.
-pub fn send_signal(name: &str, pid: u32) {
+pub(crate) fn send_signal(name: &str, pid: u32) {
     let _ = Command::new("kill").args([format!("-{name}"), pid.to_string()]).status();
 }
 
@@ -172,7 +172,7 @@ fn processes_with(token: &str) -> Vec<u32> {
 }
 
 /// The executable of an example of this package.
-pub fn example(name: &str) -> String {
+pub(crate) fn example(name: &str) -> String {
     let cosplat = Path::new(env!("CARGO_BIN_EXE_cosplat"));
     let path = cosplat.with_file_name("examples").join(name);
     assert!(path.exists(), "`{}` is not there: `cargo test` builds examples", path.display());
@@ -180,21 +180,21 @@ pub fn example(name: &str) -> String {
 }
 
 /// The partitioned oscillator: two masses on springs to the world, joined by a third spring that is cut.
-pub struct Oscillator<'a> {
+pub(crate) struct Oscillator<'a> {
     /// Longest window \[s\].
-    pub window: f64,
+    pub(crate) window: f64,
     /// Simulated time \[s\].
-    pub duration: f64,
+    pub(crate) duration: f64,
     /// Link scheme.
-    pub scheme: &'a str,
+    pub(crate) scheme: &'a str,
     /// Command of the left solver; empty for the built-in one.
-    pub left: Vec<String>,
+    pub(crate) left: Vec<String>,
     /// Command of the right solver.
-    pub right: Vec<String>,
+    pub(crate) right: Vec<String>,
     /// Start of the left mass \[m\].
-    pub start: f64,
+    pub(crate) start: f64,
     /// More lines of TOML at the end.
-    pub more: &'a str,
+    pub(crate) more: &'a str,
 }
 
 impl Default for Oscillator<'_> {
@@ -205,11 +205,11 @@ impl Default for Oscillator<'_> {
 }
 
 /// Spring to the world `4π²` and between the masses `16π²` \[N/m\].
-pub const GROUND: f64 = 4.0 * std::f64::consts::PI * std::f64::consts::PI;
+pub(crate) const GROUND: f64 = 4.0 * std::f64::consts::PI * std::f64::consts::PI;
 
 impl Oscillator<'_> {
     /// The scene.
-    pub fn scene(&self) -> String {
+    pub(crate) fn scene(&self) -> String {
         let mut text = format!(
             "format = 1\nname = \"oscillator\"\ntitle = \"Two masses, three springs\"\n[clock]\nduration = {:?}\n\
              window = {:?}\nlink_scheme = \"{}\"\n",
@@ -242,7 +242,7 @@ impl Oscillator<'_> {
     }
 
     /// A command line of the misbehaving plugin.
-    pub fn saboteur(mode: &[&str]) -> Vec<String> {
+    pub(crate) fn saboteur(mode: &[&str]) -> Vec<String> {
         let mut command = vec![example("saboteur")];
         command.extend(mode.iter().map(|&m| m.to_owned()));
         command

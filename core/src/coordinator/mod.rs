@@ -291,7 +291,6 @@ impl<C: Checks> Coordinator<C> {
     }
 
     fn on_failed(&mut self, who: ParticipantId, kind: FailureKind, message: String, out: &mut Vec<Action>) {
-        self.peers[usize::from(who)].left = true;
         let window = self.window_of(who);
         let who = self.plan.name_of(who).to_owned();
         let failure = match kind {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{LeftOut, Participant, Refusal};
 use crate::plugin::Descriptor;
-use crate::scene::{Action, ActionKind, Body, Link, Material, PairSpec, ProbeQuantity, Scene, Source, Space};
+use crate::scene::{Action, Body, Link, Material, PairSpec, ProbeQuantity, Scene, Source, Space};
 
 /// Feature of a plugin whose bodies can touch static colliders.
 const STATICS: &str = "statics";
@@ -20,16 +20,6 @@ pub fn source_kind(source: &Source) -> &'static str {
         Source::Plane { .. } => "plane",
         Source::Points { .. } => "points",
         Source::Cloud { .. } => "cloud",
-    }
-}
-
-fn action_kind(action: &ActionKind) -> &'static str {
-    match action {
-        ActionKind::Gravity { .. } => "gravity",
-        ActionKind::Wind { .. } => "wind",
-        ActionKind::AccelerationField { .. } => "acceleration-field",
-        ActionKind::PointForce { .. } => "point-force",
-        ActionKind::Impulse { .. } => "impulse",
     }
 }
 
@@ -89,7 +79,7 @@ pub(super) fn check(scene: &Scene, participant: &Participant, plugin: &Descripto
         }
     }
     for action in own_actions(scene, participant) {
-        let kind = action_kind(&action.kind);
+        let kind = action.kind.name();
         if !plugin.has_feature(kind) {
             refuse(format!("action `{kind}`"), &format!("action `{kind}`"));
         }
