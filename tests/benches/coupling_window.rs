@@ -64,9 +64,10 @@ fn gaps_us(samples: usize, windows: u64) -> Vec<f64> {
     let cosplat = Path::new(env!("CARGO_BIN_EXE_cosplat"));
     let exchanger = cosplat.with_file_name("examples").join("exchanger");
     assert!(exchanger.exists(), "build the plugin first: cargo build --release --examples");
+    let exchanger = exchanger.display();
     let body = |name: &str| {
         format!(
-            "[solver.{name}]\nplugin = \"exchanger\"\ncommand = [{exchanger:?}]\n[[body]]\nname = \"{name}\"\nsolver = \"{name}\"\n\
+            "[solver.{name}]\nplugin = \"exchanger\"\ncommand = [\"{exchanger}\"]\n[[body]]\nname = \"{name}\"\nsolver = \"{name}\"\n\
              material = \"point-mass\"\nmass = 1.0\ncloud = {{ count = {samples}, size = [1.0, 1.0, 1.0] }}\n"
         )
     };

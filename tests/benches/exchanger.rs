@@ -21,7 +21,7 @@ struct Exchanger {
 }
 
 impl Exchanger {
-    fn report(&self) -> Report {
+    fn report() -> Report {
         Report { bodies: vec![BodyState::default()], substeps: 1, ..Report::default() }
     }
 }
@@ -60,7 +60,7 @@ impl Plugin for Exchanger {
         let state = BoundaryState::Samples(self.shown.clone());
         Ok(Setup {
             boundaries: vec![SetupBoundary { body: self.body.clone(), statics, state }],
-            report: self.report(),
+            report: Self::report(),
             stable_dt: None,
             particles: vec![count as u64],
             left_out: Vec::new(),
@@ -74,7 +74,7 @@ impl Plugin for Exchanger {
         Ok(Outputs {
             boundaries: vec![BoundaryOutput { body: self.body.clone(), state }],
             impulses: self.gives.iter().map(give).collect(),
-            report: self.report(),
+            report: Self::report(),
         })
     }
 

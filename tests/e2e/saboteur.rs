@@ -128,7 +128,7 @@ fn main() -> ExitCode {
             return ExitCode::SUCCESS;
         }
         "mute" if describing => {
-            std::thread::sleep(Duration::from_secs(60));
+            std::thread::sleep(Duration::from_mins(1));
             return ExitCode::SUCCESS;
         }
         "exit-at-once" if !describing => {
@@ -136,7 +136,7 @@ fn main() -> ExitCode {
             return ExitCode::from(3);
         }
         "missing" if !describing => {
-            std::thread::sleep(Duration::from_secs(60));
+            std::thread::sleep(Duration::from_mins(1));
             return ExitCode::SUCCESS;
         }
         "twice" if !describing => return join_twice(),

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
 use std::fmt::Write as _;
+use std::os::unix::process::ExitStatusExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -140,7 +141,6 @@ impl Running {
             std::thread::sleep(Duration::from_millis(20));
         }
         let summary = std::fs::read_to_string(program.folder.join("summary.json"));
-        use std::os::unix::process::ExitStatusExt;
         Run {
             code: output.status.code().unwrap_or_else(|| 128 + output.status.signal().unwrap_or(0)),
             stdout: String::from_utf8_lossy(&output.stdout).into_owned(),

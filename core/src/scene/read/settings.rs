@@ -97,10 +97,10 @@ pub(super) fn space(root: &Fields<'_>) -> Space {
 /// `[output]`.
 pub(super) fn output(root: &Fields<'_>) -> OutputSpec {
     let read = |fields: &Fields<'_>| OutputSpec {
-        trace: fields.or("trace", false, |at| at.flag()),
+        trace: fields.or("trace", true, |at| at.flag()),
         ledger_every: fields.or("ledger_every", 1, |at| at.count(1..=1_000_000_000)),
     };
-    root.opt("output", |at| at.table(read)).flatten().unwrap_or(OutputSpec { trace: false, ledger_every: 1 })
+    root.opt("output", |at| at.table(read)).flatten().unwrap_or(OutputSpec { trace: true, ledger_every: 1 })
 }
 
 /// `[run]`.
