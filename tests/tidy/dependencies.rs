@@ -184,6 +184,13 @@ fn heavy_packages_stay_out_of_solver_libraries() {
 }
 
 #[test]
+fn the_bus_stays_out_of_splats_and_pictures() {
+    for name in ["cosplat-splat", "cosplat-viewer"] {
+        assert_light(graph().member(name), &["zenoh", "tokio"]);
+    }
+}
+
+#[test]
 fn a_heavy_package_is_found_however_deep_it_lies() {
     let way = graph().way_to(graph().member("cosplat"), &["zenoh-buffers"]).expect("the program has a bus");
     assert_eq!(way.first().map(String::as_str), Some("cosplat"));
