@@ -1,7 +1,8 @@
-//! The access list of a run, made from its plan: what is not named here does not pass the coordinator's router.
+//! The access lists of a run, made from its plan: what is not named here passes no door.
 //!
-//! Directions are the router's: *ingress* is what a participant sends. Each participant is a subject of its own, known
-//! by the user name with which it was let in, so that the key of a message proves who sent it.
+//! Directions are those of the side that applies the list: *ingress* is what the other one sends. At the coordinator's
+//! each participant is a subject of its own, known by the user name with which it was let in; between two partners
+//! nobody else is there. Either way the key of a message proves who sent it.
 
 use cosplat_core::plan::{ParticipantId, Plan};
 use serde_json::{Value, json};
@@ -16,39 +17,40 @@ const MAX_ACK_BYTES: usize = 8 << 20;
 /// Largest request to send something again.
 const MAX_RESEND_BYTES: usize = 4096;
 
-/// Keys that a participant may use.
+/// Keys that somebody may use at the door of somebody else.
 struct Grants {
     put: Vec<String>,
     hear: Vec<String>,
-    live: String,
+    live: Option<String>,
 }
 
-fn grants(plan: &Plan, keys: &Keys, id: ParticipantId) -> Grants {
+/// What a participant may at the coordinator's.
+fn control_grants(plan: &Plan, keys: &Keys, id: ParticipantId) -> Grants {
     let name = plan.name_of(id);
-    let mut put = vec![keys.ack(name)];
-    put.extend(plan.sent_by(id).map(|(_, s)| keys.stream(&s.key)));
-    let mut hear = vec![keys.ctl(name), keys.resend(name)];
-    hear.extend(plan.read_by(id).map(|(_, s)| keys.stream(&s.key)));
-    let mut asked: Vec<ParticipantId> = plan.read_by(id).map(|(_, s)| s.from).collect();
-    asked.sort_unstable();
-    asked.dedup();
-    put.extend(asked.iter().map(|&q| keys.resend(plan.name_of(q))));
-    Grants { put, hear, live: keys.live(name) }
+    Grants { put: vec![keys.ack(name)], hear: vec![keys.ctl(name)], live: Some(keys.live(name)) }
 }
 
-/// The `access_control` section.
-///
-/// # Errors
-/// [`BusError::Name`] for names that could change the meaning of a rule.
-pub(crate) fn access_control(plan: &Plan, keys: &Keys) -> Result<Value, BusError> {
+/// What a participant may at `host`'s: the streams from one to the other, and to ask for them again.
+fn data_grants(plan: &Plan, keys: &Keys, host: ParticipantId, guest: ParticipantId) -> Grants {
+    let way = |from: ParticipantId, to: ParticipantId| -> Vec<String> {
+        plan.sent_by(from).filter(|(_, s)| s.to.contains(&to)).map(|(_, s)| keys.stream(&s.key)).collect()
+    };
+    let (mut put, mut hear) = (way(guest, host), way(host, guest));
+    let asks = |streams: &[String], whom: ParticipantId| (!streams.is_empty()).then(|| keys.resend(plan.name_of(whom)));
+    let (heard_here, heard_there) = (asks(&hear, host), asks(&put, guest));
+    put.extend(heard_here);
+    hear.extend(heard_there);
+    Grants { put, hear, live: None }
+}
+
+/// Whoever is known by `user` (everybody, if there is no name) may what the grants say, and nothing else.
+fn access_list(plan: &Plan, guests: Vec<(&str, Option<&str>, Grants)>) -> Result<Value, BusError> {
     let (mut rules, mut subjects, mut policies) = (Vec::new(), Vec::new(), Vec::new());
     for stream in &plan.streams {
         check_stream(&stream.key)?;
     }
-    for (id, participant) in plan.participants.iter().enumerate() {
-        let name = &participant.name;
+    for (name, user, may) in guests {
         check_name(name)?;
-        let may = grants(plan, keys, id as ParticipantId);
         let mut names = Vec::new();
         let mut allow = |what: &str, messages: &[&str], flow: &str, key_exprs: &[String]| {
             let rule = format!("{name}:{what}");
@@ -59,11 +61,17 @@ pub(crate) fn access_control(plan: &Plan, keys: &Keys) -> Result<Value, BusError
         };
         allow("says", &["put"], "ingress", &may.put);
         allow("listens", &["declare_subscriber"], "ingress", &may.hear);
-        allow("is-there", &["liveliness_token"], "ingress", std::slice::from_ref(&may.live));
+        if let Some(live) = &may.live {
+            allow("is-there", &["liveliness_token"], "ingress", std::slice::from_ref(live));
+        }
         allow("hears", &["put"], "egress", &may.hear);
-        // A participant does not send what it knows nobody listens to, so it must be told of its own listeners.
+        // Nobody sends what he knows nobody listens to, so he must be told of his own listeners.
         allow("is-heard", &["declare_subscriber"], "egress", &may.put);
-        subjects.push(json!({ "id": name, "usernames": [name], "link_protocols": ["unixsock-stream"] }));
+        let mut subject = json!({ "id": name, "link_protocols": ["unixsock-stream"] });
+        if let Some(user) = user {
+            subject["usernames"] = json!([user]);
+        }
+        subjects.push(subject);
         policies.push(json!({ "rules": names, "subjects": [name] }));
     }
     Ok(json!({
@@ -71,19 +79,46 @@ pub(crate) fn access_control(plan: &Plan, keys: &Keys) -> Result<Value, BusError
     }))
 }
 
-/// The `low_pass_filter` section: what is larger than any honest message is dropped at the door.
-pub(crate) fn size_limits(plan: &Plan, keys: &Keys) -> Value {
-    let limit = |id: &str, key_exprs: Vec<String>, bytes: usize| {
-        let (messages, flows) = (["put"], ["ingress"]);
-        json!({ "id": id, "messages": messages, "flows": flows, "key_exprs": key_exprs, "size_limit": bytes })
-    };
-    let mut limits = vec![
-        limit("ack", vec![keys.ack("*")], MAX_ACK_BYTES),
-        limit("resend", vec![keys.resend("*")], MAX_RESEND_BYTES),
-    ];
-    if !plan.streams.is_empty() {
-        let streams = plan.streams.iter().map(|s| keys.stream(&s.key)).collect();
-        limits.push(limit("streams", streams, MAX_FRAME_BYTES));
-    }
-    Value::Array(limits)
+/// The coordinator's `access_control` section: control only, data has no way through it.
+///
+/// # Errors
+/// [`BusError::Name`] for names that could change the meaning of a rule.
+pub(crate) fn control_access(plan: &Plan, keys: &Keys) -> Result<Value, BusError> {
+    let names = plan.participants.iter().map(|p| p.name.as_str()).zip(0..);
+    access_list(plan, names.map(|(name, id)| (name, Some(name), control_grants(plan, keys, id))).collect())
+}
+
+/// The `access_control` section of `host`'s side of the way between it and `guest`.
+///
+/// The side that enters knows no user name of the other: whoever holds the socket in the run's folder is the one, and
+/// nobody else is on this bus of two.
+///
+/// # Errors
+/// [`BusError::Name`] for names that could change the meaning of a rule.
+pub(crate) fn data_access(
+    plan: &Plan,
+    keys: &Keys,
+    host: ParticipantId,
+    guest: ParticipantId,
+    listens: bool,
+) -> Result<Value, BusError> {
+    let name = plan.name_of(guest);
+    access_list(plan, vec![(name, listens.then_some(name), data_grants(plan, keys, host, guest))])
+}
+
+fn limit(id: &str, key_exprs: &[String], bytes: usize) -> Value {
+    let (messages, flows) = (["put"], ["ingress"]);
+    json!({ "id": id, "messages": messages, "flows": flows, "key_exprs": key_exprs, "size_limit": bytes })
+}
+
+/// The coordinator's `low_pass_filter` section: what is larger than any honest message is dropped at the door.
+pub(crate) fn control_limits(keys: &Keys) -> Value {
+    Value::Array(vec![limit("ack", &[keys.ack("*")], MAX_ACK_BYTES)])
+}
+
+/// The `low_pass_filter` section between partners.
+pub(crate) fn data_limits(plan: &Plan, keys: &Keys) -> Value {
+    let streams: Vec<String> = plan.streams.iter().map(|s| keys.stream(&s.key)).collect();
+    let resend = limit("resend", &[keys.resend("*")], MAX_RESEND_BYTES);
+    Value::Array(vec![resend, limit("streams", &streams, MAX_FRAME_BYTES)])
 }

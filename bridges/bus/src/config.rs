@@ -1,4 +1,4 @@
-//! zenoh's configuration for both sides. Everything that is open by default is closed here.
+//! zenoh's configuration for all sides. Everything that is open by default is closed here.
 
 use std::path::Path;
 use std::time::Duration;
@@ -7,10 +7,10 @@ use cosplat_core::plan::Plan;
 use serde_json::{Value, json};
 use zenoh::Config;
 
-use crate::access::{access_control, size_limits};
+use crate::access::{control_access, control_limits, data_access, data_limits};
 use crate::error::BusError;
 use crate::keys::Keys;
-use crate::ticket::JoinTicket;
+use crate::ticket::{Door, JoinTicket, Partner};
 
 /// A connection without any sign of life for this long is closed \[ms\].
 const LEASE_MS: u64 = 10_000;
@@ -19,8 +19,18 @@ const LEASE_MS: u64 = 10_000;
 const WAIT_BEFORE_CLOSE_US: u64 = 30_000_000;
 /// Largest message that is put together from fragments: a participant's part of a scene with all its points.
 const MAX_MESSAGE_BYTES: u64 = 64 << 20;
+/// Receive buffers that are kept for reuse, per connection: about as many as a sender has on its way at once.
+const RECEIVE_BYTES: u64 = 1 << 20;
 /// How long either side takes part in one handshake \[ms\].
 const HANDSHAKE_MS: u64 = 5000;
+
+/// An environment variable, and its value, that whoever starts a participant should give it: messages come up to a fifth
+/// sooner.
+///
+/// zenoh has threads that wait for connections, others that open them, and others that receive. A connection wakes the
+/// thread that made it, which then wakes the receiver, at the cost of a wake-up per message. With this the receiver is
+/// woken directly. Sending keeps a thread of its own: with that handed over as well, runs stalled.
+pub const RUNTIME: (&str, &str) = ("ZENOH_RUNTIME", "(acc:(handover:rx),net:(handover:rx))");
 
 /// What both sides have in common.
 fn common(mode: &str, auth: &Value, max_sessions: usize) -> Value {
@@ -45,7 +55,7 @@ fn common(mode: &str, auth: &Value, max_sessions: usize) -> Value {
                         "congestion_control": { "block": { "wait_before_close": WAIT_BEFORE_CLOSE_US } },
                     },
                 },
-                "rx": { "max_message_size": MAX_MESSAGE_BYTES },
+                "rx": { "max_message_size": MAX_MESSAGE_BYTES, "buffer_size": RECEIVE_BYTES },
             },
             // Chunks of a receiver that is not scheduled for a while would be lost without a word (zenoh #2628).
             "shared_memory": { "enabled": false },
@@ -59,7 +69,7 @@ fn finish(config: &Value) -> Result<Config, BusError> {
     Config::from_json5(&config.to_string()).map_err(|e| BusError::Config { why: e.to_string() })
 }
 
-/// Configuration of the coordinator: the one router, so that one place enforces the rules.
+/// Configuration of the coordinator: the one router of all control, so that one place enforces its rules.
 ///
 /// # Errors
 /// [`BusError::Config`], [`BusError::Name`].
@@ -73,8 +83,8 @@ pub fn coordinator(plan: &Plan, keys: &Keys, endpoint: &str, users: &Path) -> Re
     let mut config = common("router", &auth, plan.participants.len() + 2);
     config["listen"] = json!({ "endpoints": [endpoint], "exit_on_failure": true });
     config["connect"] = json!({ "endpoints": [] });
-    config["access_control"] = access_control(plan, keys)?;
-    config["low_pass_filter"] = size_limits(plan, keys);
+    config["access_control"] = control_access(plan, keys)?;
+    config["low_pass_filter"] = control_limits(keys);
     finish(&config)
 }
 
@@ -92,5 +102,36 @@ pub fn participant(ticket: &JoinTicket, patience: Duration) -> Result<Config, Bu
         "exit_on_failure": true,
         "retry": { "period_init_ms": 50, "period_max_ms": 400, "period_increase_factor": 2 },
     });
+    finish(&config)
+}
+
+/// Configuration of a participant's side of the way to a partner: a bus of these two, beside the coordinator's.
+///
+/// The side that enters looks for the other in the background, for as long as the session is open: whether the way
+/// works is found out by the probes that the join is made of.
+///
+/// # Errors
+/// [`BusError::Config`], [`BusError::Name`], [`BusError::BadTicket`] for a partner that the plan does not know.
+pub fn partner(ticket: &JoinTicket, partner: &Partner, plan: &Plan) -> Result<Config, BusError> {
+    let find = |name: &str| {
+        let why = || format!("`{name}` is not in the plan");
+        plan.participant(name).ok_or_else(|| BusError::BadTicket { why: why() })
+    };
+    let (me, other, keys) = (find(&ticket.name)?, find(&partner.name)?, Keys::new(&ticket.run_id()?));
+    let endpoints = [partner.endpoint.as_str()];
+    let (auth, listen, connect): (_, &[&str], &[&str]) = match &partner.door {
+        Door::Open(users) => (json!({ "dictionary_file": users }), &endpoints, &[]),
+        Door::Enter(password) => (json!({ "user": ticket.name, "password": password }), &[], &endpoints),
+    };
+    let mut config = common("peer", &auth, 2);
+    config["listen"] = json!({ "endpoints": listen, "exit_on_failure": true });
+    config["connect"] = json!({
+        "endpoints": connect,
+        "timeout_ms": -1,
+        "exit_on_failure": false,
+        "retry": { "period_init_ms": 5, "period_max_ms": 100, "period_increase_factor": 2 },
+    });
+    config["access_control"] = data_access(plan, &keys, me, other, !listen.is_empty())?;
+    config["low_pass_filter"] = data_limits(plan, &keys);
     finish(&config)
 }

@@ -1,4 +1,5 @@
-//! The coordinator's side of the bus: the router everybody connects to, and the loop around the coordinator's machine.
+//! The coordinator's side of the bus: the router everybody connects to for control, and the loop around the
+//! coordinator's machine.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -13,6 +14,7 @@ use crate::config;
 use crate::credentials::{RunFolder, new_password, new_run};
 use crate::error::BusError;
 use crate::keys::{Keys, run_to_hex};
+use crate::partners::introduce;
 use crate::queue::{Mailbox, Post, Spin, mailbox};
 use crate::session::{Bus, Lane, Outlet, Payload};
 use crate::ticket::JoinTicket;
@@ -132,7 +134,9 @@ impl CoordinatorHost {
             bus.watch_presence(&keys.live(name), move |here| seen.send(Incoming::Presence(who, here)))?;
             outlets.push(bus.publisher(keys.ctl(name), Lane::Control)?);
         }
-        let tickets = plan.participants.iter().zip(&users).map(|(participant, (user, password))| JoinTicket {
+        let partners = introduce(&plan, &folder)?;
+        let holders = plan.participants.iter().zip(&users).zip(partners);
+        let tickets = holders.map(|((participant, (user, password)), partners)| JoinTicket {
             protocol: PROTOCOL,
             run: run_to_hex(&run),
             name: participant.name.clone(),
@@ -140,6 +144,7 @@ impl CoordinatorHost {
             user: user.clone(),
             password: password.clone(),
             threads: participant.threads,
+            partners,
         });
         let tickets = tickets.collect();
         let host = Self {

@@ -6,6 +6,7 @@ use std::os::unix::fs::{DirBuilderExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 
 use cosplat_core::control::RunId;
+use cosplat_core::plan::ParticipantId;
 use rustix::fs::{FlockOperation, flock};
 
 use crate::error::BusError;
@@ -20,6 +21,8 @@ const SOCKET: &str = "bus.sock";
 /// zenoh keeps an exclusive lock on this file while it listens; the system releases it when the process dies.
 const SOCKET_LOCK: &str = "bus.sock.lock";
 const USERS: &str = "users";
+/// Longest name of a file in the folder that is bound to an address: two numbers of participants.
+const LONGEST_SOCKET: &str = "65535-65535";
 
 /// Random bytes from the system.
 fn random<const N: usize>() -> Result<[u8; N], BusError> {
@@ -67,7 +70,7 @@ impl RunFolder {
     pub fn below(base: &Path, run: &RunId) -> Result<Self, BusError> {
         remove_leftovers(base);
         let path = base.join(format!("{FOLDER_PREFIX}{}", &run_to_hex(run)[..16]));
-        let socket = path.join(SOCKET);
+        let socket = path.join(LONGEST_SOCKET);
         let text = socket.to_string_lossy();
         if text.len() > MAX_SOCKET_PATH {
             return Err(BusError::PathTooLong { path: text.to_string(), bytes: text.len(), limit: MAX_SOCKET_PATH });
@@ -95,18 +98,44 @@ impl RunFolder {
         format!("unixsock-stream/{}", self.path.join(SOCKET).display())
     }
 
-    /// Writes the user names and passwords that may enter; answers the file.
+    /// Where the first of two partners listens for the second.
+    pub fn pair_endpoint(&self, pair: (ParticipantId, ParticipantId)) -> String {
+        format!("unixsock-stream/{}", self.path.join(pair_name(pair)).display())
+    }
+
+    /// Writes the user names and passwords that may enter the coordinator's bus; answers the file.
     ///
     /// # Errors
     /// [`BusError::Folder`].
     pub fn write_users(&self, users: &[(String, String)]) -> Result<PathBuf, BusError> {
-        let path = self.path.join(USERS);
-        let text = users.iter().fold(String::new(), |text, (user, password)| text + &format!("{user}:{password}\n"));
-        let file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&path);
-        file.and_then(|mut file| file.write_all(text.as_bytes()))
-            .map_err(|source| folder_error("write the passwords", &path, source))?;
-        Ok(path)
+        write_list(self.path.join(USERS), users)
     }
+
+    /// Writes who may enter at the first of two partners; answers the file.
+    ///
+    /// # Errors
+    /// [`BusError::Folder`].
+    pub fn write_pair(
+        &self,
+        pair: (ParticipantId, ParticipantId),
+        user: &str,
+        password: &str,
+    ) -> Result<PathBuf, BusError> {
+        let path = self.path.join(format!("{}.{USERS}", pair_name(pair)));
+        write_list(path, &[(user.to_owned(), password.to_owned())])
+    }
+}
+
+fn write_list(path: PathBuf, users: &[(String, String)]) -> Result<PathBuf, BusError> {
+    let text = users.iter().fold(String::new(), |text, (user, password)| text + &format!("{user}:{password}\n"));
+    let file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&path);
+    file.and_then(|mut file| file.write_all(text.as_bytes()))
+        .map_err(|source| folder_error("write the passwords", &path, source))?;
+    Ok(path)
+}
+
+fn pair_name((first, second): (ParticipantId, ParticipantId)) -> String {
+    format!("{first}-{second}")
 }
 
 impl Drop for RunFolder {

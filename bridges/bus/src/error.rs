@@ -83,7 +83,7 @@ pub enum BusError {
         why: String,
     },
     /// A message could not be handed to the transport.
-    #[error("cannot publish on `{key}`: {why}; the connection to the coordinator is gone")]
+    #[error("cannot publish on `{key}`: {why}; the connection is gone")]
     Publish {
         /// Key.
         key: String,

@@ -6,10 +6,14 @@
 //! * [`run_plugin`] is what the `main` of a plugin calls: it joins a run and serves the plugin until the run ends;
 //! * [`CoordinatorHost`] opens a run's bus, hands out one [`JoinTicket`] per participant and drives the coordinator.
 //!
+//! Control goes through the coordinator's router. Data goes directly: each two participants that share a stream have a
+//! bus of two, with a socket, a password and an access list of its own. A router between them would cost every window
+//! two more hops and every byte two more sockets.
+//!
 //! zenoh is taken as a fast carrier that may lose, repeat and delay. What it is trusted with is keeping strangers out:
-//! a unix socket in a folder of its own, a random password per participant and run, and an access list that is made
-//! from the plan and denies what it does not name. The key on which a message arrives is therefore its authenticated
-//! sender.
+//! unix sockets in a folder of the run's own, a random password per participant or pair and run, and access lists that
+//! are made from the plan and deny what they do not name. The key on which a message arrives is therefore its
+//! authenticated sender.
 
 mod access;
 mod clock;
@@ -20,6 +24,7 @@ mod error;
 mod host;
 mod keys;
 mod lifeline;
+mod partners;
 mod queue;
 mod session;
 mod ticket;
@@ -30,6 +35,7 @@ pub use error::BusError;
 pub use host::{describe, run_plugin, serve};
 pub use keys::{Keys, run_from_hex, run_to_hex};
 pub use lifeline::Lifeline;
+pub use partners::introduce;
 pub use queue::{Mailbox, Post, Spin, mailbox};
 pub use session::{Bus, Lane, Outlet, Payload, Presence};
-pub use ticket::JoinTicket;
+pub use ticket::{Door, JoinTicket, Partner};

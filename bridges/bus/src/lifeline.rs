@@ -100,6 +100,7 @@ mod tests {
             user: "a".to_owned(),
             password: String::new(),
             threads: 1,
+            partners: Vec::new(),
         }
     }
 

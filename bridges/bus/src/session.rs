@@ -5,6 +5,7 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
+use bytes::Bytes;
 use cosplat_core::participant::Frame;
 use zenoh::bytes::ZBytes;
 use zenoh::liveliness::LivelinessToken;
@@ -118,11 +119,17 @@ impl Bus {
 
     /// Says goodbye, at most for two seconds. Drop publishers first.
     pub fn close(self) {
+        Self::close_all(vec![self]);
+    }
+
+    /// Says goodbye on several buses, at most for two seconds in all.
+    pub(crate) fn close_all(buses: Vec<Self>) {
         let (done, closed) = mpsc::channel::<()>();
-        let session = self.session;
         let closing = thread::Builder::new().name("bus-close".to_owned()).spawn(move || {
-            // Whatever the answer, the session is of no more use.
-            let _ = session.close().wait();
+            for bus in buses {
+                // Whatever the answer, the session is of no more use.
+                let _ = bus.session.close().wait();
+            }
             drop(done);
         });
         if closing.is_ok() {
@@ -152,17 +159,26 @@ impl Outlet {
         self.put(ZBytes::from(bytes))
     }
 
-    /// Hands a frame to the transport; its owner keeps it for resending.
+    /// Lends a frame to the transport; its owner keeps it for resending.
     ///
     /// # Errors
     /// [`BusError::Publish`] when the connection is gone.
     pub fn send_frame(&self, frame: &Frame) -> Result<(), BusError> {
-        self.put(ZBytes::from(frame.as_slice()))
+        self.put(ZBytes::from(Bytes::from_owner(Shared(frame.clone()))))
     }
 
     fn put(&self, bytes: ZBytes) -> Result<(), BusError> {
         let put = self.publisher.put(bytes).wait();
         put.map_err(|e| BusError::Publish { key: self.key.clone(), why: words(&e) })
+    }
+}
+
+/// A frame as its owner keeps it, lent to the transport without a copy.
+struct Shared(Frame);
+
+impl AsRef<[u8]> for Shared {
+    fn as_ref(&self) -> &[u8] {
+        &self.0
     }
 }
 

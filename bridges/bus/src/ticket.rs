@@ -12,7 +12,28 @@ use crate::error::BusError;
 use crate::keys::{check_name, run_from_hex};
 
 /// Longest line that is taken for a ticket.
-pub(crate) const MAX_TICKET_BYTES: usize = 16 * 1024;
+pub(crate) const MAX_TICKET_BYTES: usize = 256 * 1024;
+
+/// How to meet one partner, directly: who shares streams has a bus of two, without anybody in between.
+#[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Partner {
+    /// Its name in the plan.
+    pub name: String,
+    /// Where the one that opens the door listens.
+    pub endpoint: String,
+    /// Who opens, who enters.
+    pub door: Door,
+}
+
+/// A side of the way between two partners.
+#[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Door {
+    /// This participant listens, and lets in whom this file names.
+    Open(String),
+    /// This participant enters under its own name, with this password.
+    Enter(String),
+}
 
 /// How to join a run, and as whom.
 #[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -31,6 +52,8 @@ pub struct JoinTicket {
     pub password: String,
     /// Threads the participant may use.
     pub threads: usize,
+    /// Everybody it exchanges streams with.
+    pub partners: Vec<Partner>,
 }
 
 impl JoinTicket {
@@ -53,6 +76,9 @@ impl JoinTicket {
             return Err(refuse(format!("it is for protocol {}, this plugin speaks {PROTOCOL}", ticket.protocol)));
         }
         check_name(&ticket.name)?;
+        for partner in &ticket.partners {
+            check_name(&partner.name)?;
+        }
         ticket.run_id()?;
         Ok(ticket)
     }
@@ -67,12 +93,20 @@ impl JoinTicket {
 }
 
 /// Everything but the password, which must not reach a log.
+impl fmt::Debug for Partner {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Partner").field("name", &self.name).field("endpoint", &self.endpoint).finish_non_exhaustive()
+    }
+}
+
+/// Everything but the passwords.
 impl fmt::Debug for JoinTicket {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("JoinTicket")
             .field("run", &self.run)
             .field("name", &self.name)
             .field("endpoint", &self.endpoint)
+            .field("partners", &self.partners)
             .finish_non_exhaustive()
     }
 }
@@ -90,6 +124,18 @@ mod tests {
             user: "mpm".to_owned(),
             password: "secret".to_owned(),
             threads: 2,
+            partners: vec![
+                Partner {
+                    name: "a".to_owned(),
+                    endpoint: "unixsock-stream//tmp/x/0-1".to_owned(),
+                    door: Door::Enter("secret".to_owned()),
+                },
+                Partner {
+                    name: "z".to_owned(),
+                    endpoint: "unixsock-stream//tmp/x/1-2".to_owned(),
+                    door: Door::Open("/tmp/x/1-2.users".to_owned()),
+                },
+            ],
         }
     }
 

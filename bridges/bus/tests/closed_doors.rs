@@ -8,7 +8,7 @@ use std::os::unix::fs::PermissionsExt as _;
 use std::time::Duration;
 
 use common::{GRACE, PATIENCE, Router, enter, next, say_until_heard};
-use cosplat_bus::{Bus, JoinTicket, Keys, Lane, config};
+use cosplat_bus::{Bus, JoinTicket, Keys, Lane, Mailbox, Payload, config};
 use cosplat_core::plan::Plan;
 use zenoh::Wait;
 
@@ -20,7 +20,15 @@ fn temp() -> tempfile::TempDir {
 fn a_wrong_password_a_stranger_and_no_password_are_refused() {
     let base = temp();
     let router = Router::open(base.path());
-    let right = router.ticket("soft");
+    only_with_its_own_password(&router.ticket("soft"));
+    let hard = router.meet("hard");
+    only_with_its_own_password(&router.ticket_to_hard());
+    let coordinators = JoinTicket { password: router.ticket("soft").password, ..router.ticket_to_hard() };
+    enter(&coordinators).expect_err("another door, another password");
+    hard.close();
+}
+
+fn only_with_its_own_password(right: &JoinTicket) {
     for ticket in [
         JoinTicket { password: "guess".to_owned(), ..right.clone() },
         JoinTicket { user: "hard".to_owned(), ..right.clone() },
@@ -30,19 +38,22 @@ fn a_wrong_password_a_stranger_and_no_password_are_refused() {
         let error = enter(&ticket).expect_err("should not be let in");
         assert!(error.to_string().contains("soft"), "{error}");
     }
-    enter(&right).unwrap().close();
+    enter(right).unwrap().close();
 }
 
-/// What `soft` says on `key`, heard by a router that listens to everything.
+/// What `soft` says on `key` to the coordinator, which listens to everything.
 fn heard_from_soft(router: &Router, key: &str) -> Option<Vec<u8>> {
-    let mut all = router.hear("**");
+    heard(router.hear("**"), &router.ticket("soft"), &router.keys.ack("soft"), key)
+}
+
+/// What the holder of `ticket` says on `key` to somebody who listens to `all` and surely hears `may`.
+fn heard(mut all: Mailbox<Payload>, ticket: &JoinTicket, may: &str, key: &str) -> Option<Vec<u8>> {
     // Without a declared publisher nothing is held back by the sender, as a hostile one would not.
-    let soft = zenoh::open(config::participant(&router.ticket("soft"), PATIENCE).unwrap()).wait().unwrap();
-    let may = router.keys.ack("soft");
-    say_until_heard(|| soft.put(&may, b"mine").wait().unwrap(), &mut all);
+    let soft = zenoh::open(config::participant(ticket, PATIENCE).unwrap()).wait().unwrap();
+    say_until_heard(|| soft.put(may, b"mine").wait().unwrap(), &mut all);
     soft.put(key, b"not mine").wait().unwrap();
     // On the same way and behind it.
-    soft.put(&may, b"last").wait().unwrap();
+    soft.put(may, b"last").wait().unwrap();
     let heard: Vec<Vec<u8>> = std::iter::from_fn(|| next(&mut all, GRACE)).collect();
     assert!(heard.iter().any(|said| said == b"last"));
     soft.close().wait().unwrap();
@@ -59,13 +70,96 @@ fn a_participant_can_put_on_its_own_keys_only() {
         router.keys.ctl("hard"),
         router.keys.ctl("soft"),
         router.keys.resend("hard"),
+        router.keys.resend("soft"),
         router.keys.stream("b/hard/hard-body"),
+        router.keys.stream("b/soft/soft-body"),
         router.keys.stream("b/soft/another-body"),
         other_run.ack("soft"),
         "anything/else".to_owned(),
     ] {
         assert_eq!(heard_from_soft(&router, &key), None, "{key}");
     }
+}
+
+/// Nothing but the streams of the plan and requests for them passes between partners.
+#[test]
+fn a_partner_can_put_on_its_own_streams_only() {
+    let base = temp();
+    let router = Router::open(base.path());
+    let may = router.keys.stream("b/soft/soft-body");
+    let attempt = |hard: &Bus, key: &str| heard(common::hear(hard, "**"), &router.ticket_to_hard(), &may, key);
+    let hard = router.meet("hard");
+    let other_run = Keys::new(&[0x11; 16]);
+    for key in [
+        router.keys.stream("b/hard/hard-body"),
+        router.keys.stream("b/soft/another-body"),
+        router.keys.stream("imp/soft/hard/0"),
+        // `hard` gives nothing that could be asked for again.
+        router.keys.resend("hard"),
+        router.keys.resend("soft"),
+        router.keys.ack("soft"),
+        router.keys.ctl("hard"),
+        other_run.stream("b/soft/soft-body"),
+        "anything/else".to_owned(),
+    ] {
+        assert_eq!(attempt(&hard, &key), None, "{key}");
+    }
+    hard.close();
+    let mut open = router.way("hard");
+    open.insert_json5("access_control/enabled", "false").unwrap();
+    let hard = Bus::open(open, "hard", "its door").unwrap();
+    let key = router.keys.ctl("hard");
+    assert!(attempt(&hard, &key).is_some(), "without the rules the same attempt succeeds");
+    hard.close();
+}
+
+/// The partner that enters is as closed as the one that listens.
+#[test]
+fn a_listening_partner_reaches_requests_only() {
+    let base = temp();
+    let router = Router::open(base.path());
+    let soft = router.meet("soft");
+    let mut asked = common::hear(&soft, &router.keys.resend("soft"));
+    let mut foreign = [router.keys.ctl("soft"), router.keys.stream("b/hard/hard-body"), router.keys.resend("hard")]
+        .map(|key| (common::hear(&soft, &key), key));
+    let mut careless = router.way("hard");
+    careless.insert_json5("access_control/enabled", "false").unwrap();
+    let hard = zenoh::open(careless).wait().unwrap();
+    let own = router.keys.resend("soft");
+    let all = || {
+        for (_, key) in &foreign {
+            hard.put(key, b"not to be heard").wait().unwrap();
+        }
+        hard.put(&own, b"again").wait().unwrap();
+    };
+    assert_eq!(say_until_heard(all, &mut asked), b"again");
+    for (mailbox, key) in &mut foreign {
+        assert_eq!(next(mailbox, GRACE), None, "{key}");
+    }
+    soft.close();
+    hard.close().wait().unwrap();
+}
+
+/// What is said between partners stays between them, whatever a third one asks for.
+#[test]
+fn data_does_not_reach_the_coordinator() {
+    let base = temp();
+    let router = Router::open(base.path());
+    let (mut all, stream) = (router.hear("**"), router.keys.stream("b/soft/soft-body"));
+    let (hard, soft) = (router.meet("hard"), router.meet("soft"));
+    let (control, ack) = (router.join("soft"), router.keys.ack("soft"));
+    let mut told = router.hear(&ack);
+    let mut read = common::hear(&hard, &stream);
+    let send = soft.publisher(stream, Lane::Data).unwrap();
+    say_until_heard(|| send.send(b"data".to_vec()).unwrap(), &mut read);
+    let ack = control.publisher(ack, Lane::Control).unwrap();
+    say_until_heard(|| ack.send(b"control".to_vec()).unwrap(), &mut told);
+    assert_eq!(next(&mut all, GRACE).as_deref(), Some(&b"control"[..]));
+    while let Some(heard) = next(&mut all, GRACE) {
+        assert_eq!(heard, b"control");
+    }
+    drop((send, ack));
+    [hard, soft, control].into_iter().for_each(Bus::close);
 }
 
 /// Without the rules the same attempts succeed, so it is the rules that stop them.
@@ -128,6 +222,7 @@ fn only_the_unix_socket_listens_and_only_its_owner_reaches_it() {
     let base = temp();
     let router = Router::open(base.path());
     let soft = router.join("soft");
+    let partners = [router.meet("hard"), router.meet("soft")];
     for table in ["tcp", "tcp6"] {
         assert_eq!(own_sockets(table, Some(LISTEN)), Vec::<String>::new(), "{table}");
     }
@@ -140,16 +235,20 @@ fn only_the_unix_socket_listens_and_only_its_owner_reaches_it() {
     drop(listener);
     let mode = |p: &std::path::Path| fs::metadata(p).unwrap().permissions().mode() & 0o777;
     assert_eq!(mode(router.folder.path()), 0o700);
-    assert_eq!(mode(&router.folder.path().join("users")), 0o600);
+    assert!(router.folder.path().join("0-1").exists(), "the socket of the two");
+    for list in ["users", "0-1.users"] {
+        assert_eq!(mode(&router.folder.path().join(list)), 0o600);
+    }
     soft.close();
+    partners.into_iter().for_each(Bus::close);
 }
 
 #[test]
 fn what_is_larger_than_any_honest_message_is_dropped_and_the_session_survives() {
     let base = temp();
     let router = Router::open(base.path());
-    let soft = router.join("soft");
-    let hard = router.join("hard");
+    let soft = router.meet("soft");
+    let hard = router.meet("hard");
     let stream = router.keys.stream("b/soft/soft-body");
     let mut read = common::hear(&hard, &stream);
     let send = soft.publisher(stream, Lane::Data).unwrap();
@@ -169,12 +268,14 @@ fn nothing_stays_after_closing() {
     let base = temp();
     let router = Router::open(base.path());
     let soft = router.join("soft");
+    let partners = [router.meet("hard"), router.meet("soft")];
     let Router { bus, folder, .. } = router;
     let path = folder.path().to_owned();
-    assert!(path.join("bus.sock").exists());
+    assert!(path.join("bus.sock").exists() && path.join("0-1").exists());
     soft.close();
+    partners.into_iter().for_each(Bus::close);
     bus.close();
-    assert!(!path.join("bus.sock").exists(), "zenoh removes its socket");
+    assert!(!path.join("bus.sock").exists() && !path.join("0-1").exists(), "zenoh removes its sockets");
     drop(folder);
     assert_eq!(fs::read_dir(base.path()).unwrap().count(), 0);
 }

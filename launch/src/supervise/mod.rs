@@ -227,7 +227,8 @@ impl Supervisor {
 fn command(words: &[OsString], threads: usize) -> Command {
     let (program, words) = words.split_first().map_or((OsString::new(), [].as_slice()), |(p, w)| (p.clone(), w));
     let mut command = Command::new(program);
-    command.args(words).env("RAYON_NUM_THREADS", threads.to_string());
+    let (name, value) = cosplat_bus::config::RUNTIME;
+    command.args(words).env("RAYON_NUM_THREADS", threads.to_string()).env(name, value);
     command
 }
 

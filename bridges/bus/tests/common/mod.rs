@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use cosplat_bus::{Bus, Keys, Mailbox, Payload, RunFolder, Spin, config, mailbox, run_to_hex};
-use cosplat_bus::{BusError, JoinTicket};
+use cosplat_bus::{Bus, BusError, Door, JoinTicket, Keys, Mailbox, Partner, Payload, RunFolder, Spin};
+use cosplat_bus::{config, introduce, mailbox, run_to_hex};
 use cosplat_core::control::{PROTOCOL, RunId};
 use cosplat_core::plan::{BoundaryForm, Content, Participant, Plan, Stream};
 use cosplat_core::time::Clock;
@@ -46,6 +46,7 @@ pub(crate) struct Router {
     pub(crate) endpoint: String,
     pub(crate) folder: RunFolder,
     users: PathBuf,
+    partners: Vec<Vec<Partner>>,
 }
 
 impl Router {
@@ -63,7 +64,8 @@ impl Router {
         let mut config = config::coordinator(&plan(), &keys, &endpoint, &users).unwrap();
         change(&mut config);
         let bus = Bus::open(config, "router", &endpoint).unwrap();
-        Self { bus, keys, endpoint, folder, users }
+        let partners = introduce(&plan(), &folder).unwrap();
+        Self { bus, keys, endpoint, folder, users, partners }
     }
 
     pub(crate) fn ticket(&self, name: &str) -> JoinTicket {
@@ -75,7 +77,28 @@ impl Router {
             user: name.to_owned(),
             password: password_of(name),
             threads: 1,
+            partners: self.partners[usize::from(plan().participant(name).unwrap())].clone(),
         }
+    }
+
+    /// Configuration of this one's side of the way to the other.
+    pub(crate) fn way(&self, name: &str) -> zenoh::Config {
+        let ticket = self.ticket(name);
+        config::partner(&ticket, &ticket.partners[0], &plan()).unwrap()
+    }
+
+    /// Opens this one's side of the way to the other.
+    pub(crate) fn meet(&self, name: &str) -> Bus {
+        Bus::open(self.way(name), name, "the way between the two").unwrap()
+    }
+
+    /// What somebody needs who enters at `hard`'s as he would at the coordinator's, without `soft`'s manners.
+    pub(crate) fn ticket_to_hard(&self) -> JoinTicket {
+        let ticket = self.ticket("soft");
+        let [Partner { endpoint, door: Door::Enter(password), .. }] = &ticket.partners[..] else {
+            panic!("{ticket:?}")
+        };
+        JoinTicket { endpoint: endpoint.clone(), password: password.clone(), ..ticket.clone() }
     }
 
     pub(crate) fn join(&self, name: &str) -> Bus {
