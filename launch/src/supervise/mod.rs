@@ -227,8 +227,7 @@ impl Supervisor {
 fn command(words: &[OsString], threads: usize) -> Command {
     let (program, words) = words.split_first().map_or((OsString::new(), [].as_slice()), |(p, w)| (p.clone(), w));
     let mut command = Command::new(program);
-    let (name, value) = cosplat_bus::config::RUNTIME;
-    command.args(words).env("RAYON_NUM_THREADS", threads.to_string()).env(name, value);
+    command.args(words).env("RAYON_NUM_THREADS", threads.to_string()).envs(cosplat_bus::config::ENVIRONMENT);
     command
 }
 
