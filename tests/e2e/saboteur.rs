@@ -29,6 +29,8 @@ impl Saboteur {
     }
 
     fn misbehave(&mut self) -> Result<(), PluginError> {
+        // Time for the report of the window before to leave: the tests count what was finished.
+        std::thread::sleep(Duration::from_millis(50));
         match self.mode.as_str() {
             "exit" => std::process::exit(0),
             "panic" => panic!("the saboteur was told to panic"),
