@@ -4,6 +4,7 @@
 //! sides of the protocol, [`participant::Participant`] and [`coordinator::Coordinator`], are pure state machines
 //! `(state, event) → actions`: sockets, timers and disks belong to the hosts around them.
 
+pub mod asset;
 pub mod boundary;
 pub mod checks;
 pub mod control;
@@ -15,6 +16,7 @@ pub mod plugin;
 pub mod scene;
 pub mod sim;
 pub mod time;
+pub mod visual;
 pub mod wire;
 
 #[cfg(target_endian = "big")]

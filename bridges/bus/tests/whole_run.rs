@@ -78,11 +78,13 @@ fn scene(plan: &Plan, own: usize) -> SolverScene {
             own: format!("{}-body", names[own]),
             partner: format!("{}-body", names[1 - own]),
             partner_form: FORM,
+            partner_source: None,
             rule: MotionRule::Linear,
             pair: None,
             links: Vec::new(),
         }],
         params: serde_json::Map::default(),
+        assets: std::collections::BTreeMap::new(),
     }
 }
 

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::features::{meets_statics, own_actions, own_links};
-use super::{Interface, Participant, Plan, Side, features, interfaces, streams, turns, window};
+use super::{BoundaryForm, Interface, Participant, Plan, Side, features, interfaces, streams, turns, window};
 use crate::plugin::{Descriptor, InterfaceView, SolverScene, ViewRole};
-use crate::scene::{Scene, Scheme};
+use crate::scene::{Scene, Scheme, Source};
 
 /// Something the plan cannot do, by name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -138,7 +138,14 @@ fn part(
             .flat_map(|(i, interface)| views(scene, plan, id, i as u16, interface, descriptors))
             .collect(),
         params: scene.solvers.get(&participant.name).map(|s| s.params.clone()).unwrap_or_default(),
+        assets: BTreeMap::new(),
     }
+}
+
+/// Shape of a rigid partner.
+fn source_of(scene: &Scene, side: &Side, form: BoundaryForm) -> Option<Source> {
+    let is_rigid = form == BoundaryForm::Proxy;
+    scene.bodies.iter().find(|b| is_rigid && b.name == side.body).map(|b| b.source.clone())
 }
 
 /// Views of an interface from the sides that `who` owns.
@@ -165,6 +172,7 @@ fn views(
             own: own.body.clone(),
             partner: partner.body.clone(),
             partner_form,
+            partner_source: source_of(scene, partner, partner_form),
             rule: interface.rule,
             pair: (interface.kind == Contact).then(|| scene.pair(&own.body, &partner.body)),
             links: interface.links.iter().filter_map(|&l| scene.links.get(l).cloned()).collect(),

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::control::PROTOCOL;
 use crate::plan::BoundaryForm;
 use crate::scene::ProbeQuantity;
+use crate::visual::VisualForm;
 
 /// Answer to `--describe`: JSON on standard output.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,6 +26,9 @@ pub struct Descriptor {
     pub roles: Vec<InterfaceRole>,
     /// Form in which it shows its bodies.
     pub boundary: BoundaryForm,
+    /// Form in which it shows them for pictures and files, if it does.
+    #[serde(default)]
+    pub visual: Option<VisualForm>,
     /// Scene features it takes beside bodies: `joints`, `links`, `statics`, `prescribed`, `slab`, and actions by kind.
     pub features: Vec<String>,
     /// Probes it can answer beside those made from body states.
@@ -76,6 +80,7 @@ impl Descriptor {
             materials: Vec::new(),
             roles: Vec::new(),
             boundary: BoundaryForm::SamplesF64 { normals: false },
+            visual: None,
             features: Vec::new(),
             probes: Vec::new(),
             saves: Saves { bytes: true, deterministic: true },

@@ -36,6 +36,7 @@ pub(super) fn scene() -> SolverScene {
         own: "cloud".into(),
         partner: partner.into(),
         partner_form: BoundaryForm::SamplesF64 { normals: false },
+        partner_source: None,
         rule: MotionRule::Hold,
         pair: None,
         links: Vec::new(),
@@ -54,5 +55,6 @@ pub(super) fn scene() -> SolverScene {
         probes: Vec::new(),
         interfaces: vec![view(0, ViewRole::ContactResponder, "mud"), view(1, ViewRole::ContactResolver, "box")],
         params: serde_json::Map::new(),
+        assets: std::collections::BTreeMap::new(),
     }
 }

@@ -24,6 +24,8 @@ pub use refusals::Refusals;
 pub use scene::{InterfaceView, PartnerSetup, Setup, SetupBoundary, SolverScene, Step, ViewRole};
 pub use state::{StateError, StateHasher, StateReader, StateSink};
 
+use crate::visual::VisualState;
+
 /// Says how far a long computation is, and hears whether to go on.
 pub trait Pulse {
     /// Substep `done` of `of` is finished. Call it at least a few times a second.
@@ -93,6 +95,12 @@ pub trait Plugin {
     /// # Errors
     /// [`PluginError::Physics`] when the state blew up, [`PluginError::Aborted`] after [`Signal::Abort`].
     fn advance(&mut self, step: &Step, inputs: &Inputs, pulse: &mut dyn Pulse) -> Result<Outputs, PluginError>;
+
+    /// A body as it is now, for pictures and files; asked for only in the form that the descriptor declares, and only for
+    /// bodies that somebody draws. `None` where the plugin has nothing to show.
+    fn visual(&self, _body: &str) -> Option<VisualState> {
+        None
+    }
 
     /// Writes everything that `advance` depends on.
     fn save(&self, sink: &mut dyn StateSink);

@@ -1,12 +1,16 @@
 //! What a plugin is given before the first window, and what it answers.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use super::PluginError;
 use super::exchange::Report;
+use crate::asset::Asset;
 use crate::boundary::{BoundaryState, SampleStatics};
 use crate::plan::{BoundaryForm, InterfaceId, LeftOut};
-use crate::scene::{Action, Body, Joint, Link, MotionRule, PairSpec, Probe, Space, StaticCollider};
+use crate::scene::{Action, Body, Joint, Link, MotionRule, PairSpec, Probe, Source, Space, StaticCollider};
 use crate::time::{Clock, Span};
 
 /// A participant's part of the scene. Links and joints here have both ends in this solver or the world.
@@ -38,6 +42,10 @@ pub struct SolverScene {
     pub interfaces: Vec<InterfaceView>,
     /// Plugin parameters.
     pub params: serde_json::Map<String, serde_json::Value>,
+    /// Prepared geometry, by the name of the body, static collider or rigid partner it belongs to. It travels beside the
+    /// scene, not in it.
+    #[serde(skip)]
+    pub assets: BTreeMap<String, Arc<Asset>>,
 }
 
 impl SolverScene {
@@ -82,6 +90,8 @@ pub struct InterfaceView {
     pub partner: String,
     /// Form of the partner's boundary.
     pub partner_form: BoundaryForm,
+    /// Shape of a rigid partner; its record gives the place and orientation of this shape's centre of mass.
+    pub partner_source: Option<Source>,
     /// How the partner moves inside a step.
     pub rule: MotionRule,
     /// Contact parameters, for contacts.

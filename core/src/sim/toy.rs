@@ -30,6 +30,7 @@ pub(super) fn descriptor() -> Descriptor {
         materials: vec!["point-mass".to_owned()],
         roles: vec![InterfaceRole::ResolveSamples, InterfaceRole::Respond, InterfaceRole::Link],
         boundary: BoundaryForm::SamplesF64 { normals: false },
+        visual: None,
         features: Vec::new(),
         probes: Vec::new(),
         saves: Saves { bytes: true, deterministic: true },

@@ -47,6 +47,7 @@ fn scene(material: Material, threads: usize, edge: f64) -> SolverScene {
         probes: Vec::new(),
         interfaces: Vec::new(),
         params: serde_json::Map::new(),
+        assets: std::collections::BTreeMap::new(),
     }
 }
 

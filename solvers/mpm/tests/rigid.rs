@@ -17,6 +17,7 @@ fn view(role: ViewRole, own: &str, friction: f64) -> InterfaceView {
         own: own.into(),
         partner: "rock".into(),
         partner_form: BoundaryForm::Proxy,
+        partner_source: None,
         rule: MotionRule::Linear,
         pair: Some(PairSpec {
             a: own.into(),

@@ -22,6 +22,7 @@ pub fn solver_scene(participant: &str, bodies: Vec<Body>, windows: u64, window_s
         probes: Vec::new(),
         interfaces: Vec::new(),
         params: serde_json::Map::new(),
+        assets: std::collections::BTreeMap::new(),
     }
 }
 
@@ -94,6 +95,7 @@ pub fn view(id: InterfaceId, role: ViewRole, own: &str, partner: &str, links: Ve
         own: own.to_owned(),
         partner: partner.to_owned(),
         partner_form: BoundaryForm::SamplesF64 { normals: false },
+        partner_source: None,
         rule: MotionRule::Linear,
         pair: None,
         links,

@@ -77,6 +77,7 @@ pub(crate) fn scene(bodies: Vec<Body>, window_s: f64) -> SolverScene {
         probes: Vec::new(),
         interfaces: Vec::new(),
         params: serde_json::Map::new(),
+        assets: std::collections::BTreeMap::new(),
     }
 }
 

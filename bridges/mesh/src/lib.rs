@@ -1,0 +1,1 @@
+//! Triangle meshes: files, oriented surface samples, signed distance.
