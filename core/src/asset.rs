@@ -119,7 +119,8 @@ impl TriangleMesh {
             let sum = a + b + c;
             volume += det / 6.0;
             first += sum * (det / 24.0);
-            second += (a * a.transpose() + b * b.transpose() + c * c.transpose() + sum * sum.transpose()) * (det / 120.0);
+            second +=
+                (a * a.transpose() + b * b.transpose() + c * c.transpose() + sum * sum.transpose()) * (det / 120.0);
         }
         if !(volume > 0.0 && volume.is_finite()) {
             return Err(AssetError::NoVolume(volume));
@@ -169,7 +170,8 @@ mod tests {
         assert!((solid.volume_m3 / volume - 1.0).abs() < 1e-12);
         let centre = Vector3::from(solid.centroid_m) - Vector3::new(10.1, -3.85, 1.25);
         assert!(centre.norm() < 1e-12);
-        let expected = Matrix3::from_diagonal(&(Vector3::new(y * y + z * z, x * x + z * z, x * x + y * y) * volume / 12.0));
+        let expected =
+            Matrix3::from_diagonal(&(Vector3::new(y * y + z * z, x * x + z * z, x * x + y * y) * volume / 12.0));
         assert!((solid.inertia_m5 - expected).norm() < 1e-12 * expected.norm());
     }
 

@@ -7,7 +7,10 @@ use crate::plan::{InterfaceId, LeftOut, ParticipantId, StreamId};
 use crate::plugin::Report;
 
 /// Version of the whole protocol, control and data.
-pub const PROTOCOL: u16 = 1;
+pub const PROTOCOL: u16 = 2;
+
+/// Bytes of prepared geometry in one message.
+pub const ASSET_CHUNK_BYTES: u64 = 256 * 1024;
 
 /// Identity of a run: 16 random bytes. What carries another is from somewhere else and is ignored.
 pub type RunId = [u8; 16];
@@ -40,6 +43,13 @@ pub enum Up {
         protocol: [u16; 2],
         /// Descriptor as JSON.
         descriptor: String,
+    },
+    /// Send me this chunk of prepared geometry.
+    Fetch {
+        /// Number in the welcome's list.
+        asset: u16,
+        /// Number of the chunk.
+        chunk: u32,
     },
     /// Set up; streams are declared.
     Ready(Box<ReadyInfo>),
@@ -89,6 +99,8 @@ pub enum FailureKind {
     Physics,
     /// Protocol or transport.
     Bus,
+    /// What surrounds it: a disk, a file, a device.
+    Environment,
 }
 
 /// Where a participant is.
@@ -153,6 +165,17 @@ pub enum Down {
         plan: String,
         /// Your part of the scene as JSON.
         scene: String,
+        /// Prepared geometry that belongs to it, to be fetched.
+        assets: Vec<AssetInfo>,
+    },
+    /// A piece of prepared geometry.
+    Chunk {
+        /// Number in the welcome's list.
+        asset: u16,
+        /// Number of the chunk: each but the last has [`ASSET_CHUNK_BYTES`].
+        chunk: u32,
+        /// The piece.
+        bytes: Vec<u8>,
     },
     /// You are not, because.
     Refused {
@@ -177,6 +200,22 @@ pub enum Down {
         /// In words.
         reason: String,
     },
+}
+
+/// Prepared geometry that can be fetched: an [`crate::asset::Asset`] in postcard.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AssetInfo {
+    /// Body, static collider or rigid partner it belongs to.
+    pub name: String,
+    /// Length.
+    pub bytes: u64,
+    /// [`asset_hash`] of all of it.
+    pub hash: u64,
+}
+
+/// Identity of encoded geometry.
+pub fn asset_hash(bytes: &[u8]) -> u64 {
+    xxh3_64(bytes)
 }
 
 /// Request of a receiver for a message it lacks, on the sender's `resend` key.

@@ -36,6 +36,17 @@ pub enum VisualState {
     },
 }
 
+/// All drawn bodies at one moment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VisualFrame {
+    /// Number of the frame: 0 at the start.
+    pub number: u64,
+    /// Moment \[s\].
+    pub time_s: f64,
+    /// Bodies by name, in the order of the plan's streams.
+    pub bodies: Vec<(String, VisualState)>,
+}
+
 impl VisualState {
     /// Whether it is of a form.
     pub fn has_form(&self, form: VisualForm) -> bool {

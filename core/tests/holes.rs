@@ -31,7 +31,8 @@ fn running(scenario: &Scenario) -> Coordinator {
     let everyone = || (0..).zip(&plan.participants);
     let mut tell = |who: ParticipantId, up: Up| coordinator.on(Event::Up(who, said(up)), Duration::ZERO);
     for (who, participant) in everyone() {
-        let hello = Up::Hello { name: participant.name.clone(), pid: 1, protocol: [1, 1], descriptor: String::new() };
+        let hello =
+            Up::Hello { name: participant.name.clone(), pid: 1, protocol: [PROTOCOL; 2], descriptor: String::new() };
         tell(who, hello);
         let produced = listed(schedule::published_at_start(plan, who));
         tell(who, Up::Ready(Box::new(ReadyInfo { produced, ..ReadyInfo::default() })));
@@ -121,7 +122,7 @@ fn who_greets_after_the_end_is_told_so() {
         Event::Up(0, said(Up::Failed { kind: control::FailureKind::Physics, message: "x".into() })),
         Duration::ZERO,
     );
-    let hello = Up::Hello { name: "p0".into(), pid: 1, protocol: [1, 1], descriptor: String::new() };
+    let hello = Up::Hello { name: "p0".into(), pid: 1, protocol: [PROTOCOL; 2], descriptor: String::new() };
     let actions = coordinator.on(Event::Up(0, said(hello)), Duration::ZERO);
     let told = actions.iter().any(|a| {
         matches!(a, Action::Send(0, bytes) if control::decode::<control::Down>(bytes)

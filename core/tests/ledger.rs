@@ -28,6 +28,7 @@ fn descriptor(roles: &[InterfaceRole]) -> Descriptor {
         materials: vec!["point-mass".to_owned()],
         roles: roles.to_vec(),
         boundary: BoundaryForm::SamplesF64 { normals: false },
+        visual: None,
         features: Vec::new(),
         probes: Vec::new(),
         saves: Saves { bytes: true, deterministic: true },

@@ -103,6 +103,16 @@ pub enum Failure {
         /// In words.
         message: String,
     },
+    /// What surrounds a participant failed it: a disk, a file, a device.
+    #[error("`{who}` could not go on in window {window}: {message}")]
+    Environment {
+        /// Participant.
+        who: String,
+        /// Window it worked on.
+        window: u64,
+        /// In words.
+        message: String,
+    },
     /// A process ended by itself.
     #[error("solver `{who}` ended unexpectedly in window {window}: {how}")]
     Died {

@@ -5,6 +5,7 @@
 //! and what each consumed is what another produced. Deadlines and deaths only end a run, with a reason that says who.
 
 mod api;
+mod assets;
 mod end;
 mod settle;
 
@@ -16,6 +17,8 @@ use crate::control::{self, Done, Down, Envelope, FailureKind, PROTOCOL, Progress
 use crate::ledger::Ledger;
 use crate::plan::{ParticipantId, Plan, StreamId, schedule};
 use crate::plugin::SolverScene;
+
+use assets::Shipment;
 
 pub use api::{Action, Event, Failure, Limits, Outcome};
 
@@ -49,6 +52,7 @@ pub struct Coordinator<C: Checks = AllChecks> {
     plan: Plan,
     plan_json: String,
     scenes: Vec<SolverScene>,
+    shipments: Vec<Shipment>,
     limits: Limits,
     checks: C,
     phase: Phase,
@@ -82,7 +86,7 @@ impl<C: Checks> Coordinator<C> {
         run: RunId,
         epoch: u32,
         plan: Plan,
-        scenes: Vec<SolverScene>,
+        mut scenes: Vec<SolverScene>,
         limits: Limits,
         checks: C,
     ) -> Self {
@@ -96,6 +100,7 @@ impl<C: Checks> Coordinator<C> {
             epoch,
             plan,
             plan_json,
+            shipments: scenes.iter_mut().map(Shipment::unload).collect(),
             scenes,
             limits,
             checks,
@@ -183,6 +188,7 @@ impl<C: Checks> Coordinator<C> {
                 self.refuse_version(who, format!("{}..={}", protocol[0], protocol[1]), out);
             }
             Up::Hello { name, .. } => self.on_hello(who, &name, envelope.instance, out),
+            Up::Fetch { asset, chunk } => self.on_fetch(who, asset, chunk, out),
             Up::Ready(info) => self.on_ready(who, info, out),
             Up::Probed { streams } => self.on_probed(who, &streams, now, out),
             Up::Done(done) => self.on_done(who, *done, now, out),
@@ -214,7 +220,8 @@ impl<C: Checks> Coordinator<C> {
         }
         self.peers[usize::from(who)].instance = Some(instance);
         let scene = self.scenes.get(usize::from(who)).and_then(|s| serde_json::to_string(s).ok()).unwrap_or_default();
-        let welcome = Down::Welcome { id: who, plan: self.plan_json.clone(), scene };
+        let assets = self.shipments.get(usize::from(who)).map(|s| s.infos.clone()).unwrap_or_default();
+        let welcome = Down::Welcome { id: who, plan: self.plan_json.clone(), scene, assets };
         out.push(self.send(who, welcome));
     }
 
@@ -297,6 +304,7 @@ impl<C: Checks> Coordinator<C> {
             FailureKind::Unsupported => Failure::Unsupported { who, message },
             FailureKind::Physics => Failure::Physics { who, window, message },
             FailureKind::Bus => Failure::Protocol { who, window, message },
+            FailureKind::Environment => Failure::Environment { who, window, message },
         };
         self.fail(failure, out);
     }

@@ -39,6 +39,7 @@ impl Ledger {
 
     /// Writes one window. `dones` is in participant order.
     pub fn record(&mut self, plan: &Plan, window: u64, state_hash: u128, dones: &[Done]) -> WindowRecord {
+        let dones = &dones[..plan.solver_count().min(dones.len())];
         let reports: Vec<&Report> = dones.iter().map(|d| &d.report).collect();
         self.widen(&reports);
         let solvers = (0..dones.len()).map(|i| self.solver(plan, i, &dones[i])).collect::<Vec<_>>();

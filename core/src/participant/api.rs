@@ -5,7 +5,10 @@ use std::time::Duration;
 
 use crate::control::{RunId, Times};
 use crate::plan::{ParticipantId, StreamId};
-use crate::plugin::{Descriptor, Inputs, Outputs, PartnerSetup, PluginError, Setup, SolverScene, Step};
+use crate::plugin::{
+    Descriptor, Inputs, Outputs, PartnerSetup, Plugin, PluginError, Setup, SolverScene, StateHasher, Step,
+};
+use crate::visual::{VisualFrame, VisualState};
 
 /// Bytes of one data frame: header and one chunk of payload. Cheap to clone; kept for resending.
 pub type Frame = Arc<Vec<u8>>;
@@ -55,12 +58,12 @@ pub enum Event {
     Data(Frame),
     /// Bytes on `resend/<own name>`.
     Resend(Vec<u8>),
-    /// The plugin has answered `setup`, with the hash of its state.
-    SetUp(Result<(Setup, u128), PluginError>),
+    /// The plugin has answered `setup`.
+    SetUp(Result<Answer<Setup>, PluginError>),
     /// The plugin has answered `connect`.
     Connected(Result<(), PluginError>),
-    /// The plugin has answered `advance`, with the hash of its state after the step and the time inside it.
-    Computed(Result<(Outputs, u128), PluginError>, Times),
+    /// The plugin has answered `advance`, with the time inside it.
+    Computed(Result<Answer<Outputs>, PluginError>, Times),
     /// The plugin has finished `done` of `of` substeps of the step at hand.
     Beat {
         /// Finished.
@@ -83,11 +86,11 @@ pub enum Action {
     Publish(StreamId, Frame),
     /// Put these bytes on `resend/<participant>`.
     Request(ParticipantId, Vec<u8>),
-    /// Call `setup`, answer with [`Event::SetUp`].
-    SetUp(Box<SolverScene>),
+    /// Call `setup` and show these bodies, answer with [`Event::SetUp`].
+    SetUp(Box<SolverScene>, Vec<String>),
     /// Call `connect`, answer with [`Event::Connected`].
     Connect(Vec<PartnerSetup>),
-    /// Call `advance`, answer with [`Event::Computed`].
+    /// Call `record` for each frame, then `advance`; answer with [`Event::Computed`].
     Compute(Box<Job>),
     /// Leave.
     Exit(Ending),
@@ -102,6 +105,34 @@ pub struct Job {
     pub inputs: Inputs,
     /// Whether the state must be hashed after it: only the last step of a window.
     pub hash_state: bool,
+    /// Frames to draw before it: for recorders only.
+    pub frames: Vec<VisualFrame>,
+    /// Bodies to show after it: where a frame is.
+    pub show: Vec<String>,
+}
+
+impl<T> Answer<T> {
+    /// What `plugin` gave, with what is to be known of it right after.
+    pub fn of(plugin: &dyn Plugin, value: T, hash_state: bool, show: &[String]) -> Self {
+        let mut hasher = StateHasher::default();
+        if hash_state {
+            plugin.save(&mut hasher);
+        }
+        // A body that is not shown is missed where it is to be sent, by name.
+        let visuals = show.iter().filter_map(|body| Some((body.clone(), plugin.visual(body)?))).collect();
+        Self { value, state_hash: if hash_state { hasher.finish() } else { 0 }, visuals }
+    }
+}
+
+/// What a plugin gave, and its state after it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer<T> {
+    /// What it gave.
+    pub value: T,
+    /// Hash of all that `save` writes; 0 where none was asked for.
+    pub state_hash: u128,
+    /// The bodies that were to be shown.
+    pub visuals: Vec<(String, VisualState)>,
 }
 
 /// How a participant's part ended.

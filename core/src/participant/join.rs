@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{Action, Inbox, Joined, Outbox, Participant, Phase, outbox};
+use super::{Action, Answer, Inbox, Joined, Outbox, Participant, Phase, outbox};
 use crate::boundary::SampleStatics;
 use crate::checks::Checks;
 use crate::control::{FailureKind, ReadyInfo, Up};
@@ -21,9 +21,6 @@ impl<C: Checks> Participant<C> {
         now: Duration,
         out: &mut Vec<Action>,
     ) {
-        if self.phase != Phase::Greeting {
-            return;
-        }
         let (Ok(plan), Ok(scene)) = (serde_json::from_str::<Plan>(plan), serde_json::from_str::<SolverScene>(scene))
         else {
             let message = "the welcome holds no plan that this version understands".to_owned();
@@ -36,28 +33,29 @@ impl<C: Checks> Participant<C> {
             inbox: Inbox::new(run, epoch, &plan, id),
             outbox: Outbox::new(run, epoch, id),
             plan,
-            scene: scene.clone(),
+            scene,
             ready: ReadyInfo::default(),
             connecting: false,
             connected: false,
         });
-        self.phase = Phase::SettingUp;
+        self.phase = Phase::Fetching;
         out.push(Action::Declare);
-        out.push(Action::SetUp(Box::new(scene)));
+        self.asked_at = now;
+        self.fetch_more(out);
     }
 
     pub(super) fn on_set_up(
         &mut self,
-        answer: Result<(Setup, u128), PluginError>,
+        answer: Result<Answer<Setup>, PluginError>,
         now: Duration,
         out: &mut Vec<Action>,
     ) {
         let Some(joined) = self.joined.as_mut().filter(|_| self.phase == Phase::SettingUp) else { return };
-        let (setup, state_hash) = match answer {
+        let answer = match answer {
             Ok(answer) => answer,
             Err(error) => return self.fail_plugin(&error, now, out),
         };
-        if let Err(missing) = joined.publish_setup(setup, state_hash) {
+        if let Err(missing) = joined.publish_setup(answer) {
             return self.fail(FailureKind::Bus, missing, now, out);
         }
         let report = Up::Ready(Box::new(joined.ready.clone()));
@@ -127,14 +125,20 @@ impl<C: Checks> Participant<C> {
 
 impl Joined {
     /// Encodes the boundaries at t = 0 and the statics, and fills in what `Ready` says.
-    fn publish_setup(&mut self, setup: Setup, state_hash: u128) -> Result<(), String> {
+    fn publish_setup(&mut self, answer: Answer<Setup>) -> Result<(), String> {
+        let Answer { value: setup, state_hash, visuals } = answer;
         let mut produced = Vec::new();
         for id in schedule::published_at_start(&self.plan, self.id) {
             let stream = &self.plan.streams[usize::from(id.stream)];
+            if let Content::Visual { .. } = &stream.content {
+                let content = self.outbox.visual(&self.plan, id, &visuals).map_err(|e| e.to_string())?;
+                produced.push((id.stream, id.index, content));
+                continue;
+            }
             let (body, form) = match &stream.content {
                 Content::Boundary { body, form } => (body, Some(*form)),
                 Content::Statics { body } => (body, None),
-                Content::MidBoundary { .. } | Content::Impulses { .. } => continue,
+                Content::MidBoundary { .. } | Content::Impulses { .. } | Content::Visual { .. } => continue,
             };
             let shown = setup.boundaries.iter().find(|b| &b.body == body);
             let shown = shown.ok_or_else(|| format!("the plugin showed no boundary of body `{body}` at set-up"))?;
@@ -156,6 +160,15 @@ impl Joined {
             produced,
         };
         Ok(())
+    }
+
+    /// Bodies that somebody draws.
+    pub(super) fn shown_bodies(&self) -> Vec<String> {
+        let drawn = |content: &Content| match content {
+            Content::Visual { body, .. } => Some(body.clone()),
+            _ => None,
+        };
+        self.plan.sent_by(self.id).filter_map(|(_, stream)| drawn(&stream.content)).collect()
     }
 
     /// What never changes about each partner, once all of it is there.

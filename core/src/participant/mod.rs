@@ -4,6 +4,8 @@
 //! network is therefore an argument, and can be replayed.
 
 mod api;
+mod fetch;
+mod gather;
 mod inbox;
 mod join;
 mod outbox;
@@ -17,16 +19,18 @@ use crate::control::{self, Done, Down, Envelope, FailureKind, PROTOCOL, Progress
 use crate::plan::{ParticipantId, Plan};
 use crate::plugin::{PluginError, SolverScene};
 
-pub use api::{Action, Ending, Event, Frame, Identity, Job, Pace};
+pub use api::{Action, Answer, Ending, Event, Frame, Identity, Job, Pace};
 pub use inbox::{Inbox, Reject, Taken};
 pub use outbox::{Outbox, OutputError};
 
+use fetch::Fetch;
 use window::Underway;
 
 /// Where a participant is in its life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Phase {
     Greeting,
+    Fetching,
     SettingUp,
     Ready,
     Probing,
@@ -59,6 +63,7 @@ pub struct Participant<C: Checks = AllChecks> {
     checks: C,
     phase: Phase,
     greeted: bool,
+    fetch: Fetch,
     joined: Option<Joined>,
     until: u64,
     committed: u64,
@@ -89,6 +94,7 @@ impl<C: Checks> Participant<C> {
             checks,
             phase: Phase::Greeting,
             greeted: false,
+            fetch: Fetch::default(),
             joined: None,
             until: 0,
             committed: 0,
@@ -183,7 +189,13 @@ impl<C: Checks> Participant<C> {
         }
         self.heard_at = now;
         match envelope.body {
-            Down::Welcome { id, plan, scene } => self.on_welcome(id, envelope.epoch, &plan, &scene, now, out),
+            // A second copy of the welcome must not undo what the first began.
+            Down::Welcome { .. } if self.phase != Phase::Greeting => {}
+            Down::Welcome { id, plan, scene, assets } => {
+                self.fetch = Fetch::new(assets);
+                self.on_welcome(id, envelope.epoch, &plan, &scene, now, out);
+            }
+            Down::Chunk { asset, chunk, bytes } => self.on_chunk(asset, chunk, bytes, now, out),
             Down::Refused { reason } => self.end(Ending::Refused(reason), out),
             Down::Probe => self.on_probe(now, out),
             Down::Start if self.phase == Phase::Probing || self.phase == Phase::Ready => {
@@ -254,7 +266,8 @@ impl<C: Checks> Participant<C> {
             PluginError::Unsupported(_) => FailureKind::Unsupported,
             // After an abort this machine has ended already; without one, the plugin stopped by itself.
             PluginError::Physics(_) | PluginError::Aborted => FailureKind::Physics,
-            PluginError::State(_) => FailureKind::Bus,
+            PluginError::State(_) | PluginError::Contract(_) => FailureKind::Bus,
+            PluginError::Environment(_) => FailureKind::Environment,
         };
         self.fail(kind, error.to_string(), now, out);
     }

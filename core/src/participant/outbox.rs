@@ -8,6 +8,7 @@ use crate::control::RunId;
 use crate::plan::schedule::MessageId;
 use crate::plan::{BoundaryForm, Content, Interface, Plan, StreamId};
 use crate::plugin::Outputs;
+use crate::visual::VisualState;
 use crate::wire::{self, Origin, PayloadError};
 
 /// Encodes and keeps messages until they are settled.
@@ -85,7 +86,7 @@ impl Outbox {
         let missing = |what| OutputError::Missing { what, key: stream.key.clone() };
         let blown = |error| OutputError::NotFinite { key: stream.key.clone(), error };
         match &stream.content {
-            Content::Statics { .. } => Err(missing("statics")),
+            Content::Statics { .. } | Content::Visual { .. } => Err(missing("constants")),
             Content::Boundary { body, form } | Content::MidBoundary { body, form } => {
                 let found = outputs.boundaries.iter().find(|b| &b.body == body);
                 let state = &found.ok_or_else(|| missing("boundary"))?.state;
@@ -103,6 +104,26 @@ impl Outbox {
                 Ok((self.keep(plan, id, count, buffer), Some(impulses)))
             }
         }
+    }
+
+    /// Encodes a body that is drawn.
+    ///
+    /// # Errors
+    /// [`OutputError`] when the plugin left it out, showed it in another form, or it has blown up.
+    pub fn visual(
+        &mut self,
+        plan: &Plan,
+        id: MessageId,
+        visuals: &[(String, VisualState)],
+    ) -> Result<u64, OutputError> {
+        let stream = &plan.streams[usize::from(id.stream)];
+        let missing = || OutputError::Missing { what: "visual state of the declared form", key: stream.key.clone() };
+        let Content::Visual { body, form } = &stream.content else { return Err(missing()) };
+        let found = visuals.iter().find(|(name, state)| name == body && state.has_form(*form));
+        let (_, state) = found.ok_or_else(missing)?;
+        wire::check_visual(state).map_err(|error| OutputError::NotFinite { key: stream.key.clone(), error })?;
+        let (count, buffer) = wire::encode_visual(state);
+        Ok(self.keep(plan, id, count, buffer))
     }
 
     /// Frames of a message, if it is still kept.

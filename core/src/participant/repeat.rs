@@ -86,6 +86,9 @@ impl<C: Checks> Participant<C> {
     /// Asks senders for what is missing.
     pub(super) fn ask_again(&self, out: &mut Vec<Action>) {
         let Some(joined) = &self.joined else { return };
+        if self.phase == Phase::Fetching {
+            return self.fetch_again(out);
+        }
         let missing = match self.phase {
             Phase::Ready | Phase::Probing => schedule::needed_at_start(&joined.plan, joined.id),
             Phase::Running if !self.underway.computing && self.underway.window < self.until => {

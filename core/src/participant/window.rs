@@ -2,16 +2,14 @@
 
 use std::time::Duration;
 
-use super::{Action, Joined, Participant, Phase};
-use crate::boundary::Impulses;
+use super::gather::{Gathered, gather};
+use super::{Action, Answer, Joined, Participant, Phase};
 use crate::checks::{Check, Checks};
 use crate::control::{Done, FailureKind, Times, Up};
 use crate::participant::{Job, OutputError};
-use crate::plan::schedule::{self, MessageId, Need, Role, StepPlan};
+use crate::plan::schedule::{self, MessageId, Need, StepPlan};
 use crate::plan::{Content, StreamId};
-use crate::plugin::{ImpulseInput, Inputs, Outputs, PartnerInput, PluginError, Report, Step};
-use crate::scene::Break;
-use crate::wire::{decode_boundary, decode_impulses};
+use crate::plugin::{Outputs, PluginError, Report, Step};
 
 /// The window at hand.
 #[derive(Debug, Default)]
@@ -51,15 +49,17 @@ impl<C: Checks> Participant<C> {
             }
         }
         match gather(joined, &step, window, &found) {
-            Ok((inputs, consumed, applied)) => {
+            Ok(Gathered { inputs, frames, consumed, applied }) => {
                 let steps = schedule::steps(&joined.plan, joined.id, window).len();
                 let hash_state = self.underway.step + 1 == steps;
+                let show =
+                    if hash_state && joined.plan.has_frame_at(window + 1) { joined.shown_bodies() } else { Vec::new() };
                 let step = Step::new(&joined.plan.clock, window, step.span);
                 self.underway.computing = true;
                 self.underway.done.consumed.extend(consumed);
                 self.underway.done.applied.extend(applied);
                 self.progress = crate::control::Progress { window, ..Default::default() };
-                out.push(Action::Compute(Box::new(Job { step, inputs, hash_state })));
+                out.push(Action::Compute(Box::new(Job { step, inputs, hash_state, frames, show })));
             }
             Err(message) => self.fail(FailureKind::Bus, message, now, out),
         }
@@ -75,12 +75,12 @@ impl<C: Checks> Participant<C> {
 
     pub(super) fn on_computed(
         &mut self,
-        answer: Result<(Outputs, u128), PluginError>,
+        answer: Result<Answer<Outputs>, PluginError>,
         times: Times,
         now: Duration,
         out: &mut Vec<Action>,
     ) {
-        let (outputs, state_hash) = match answer {
+        let Answer { value: outputs, state_hash, visuals } = match answer {
             Ok(answer) => answer,
             Err(error) => return self.fail_plugin(&error, now, out),
         };
@@ -91,7 +91,13 @@ impl<C: Checks> Participant<C> {
         let Some(step) = steps.get(self.underway.step) else { return };
         let done = &mut self.underway.done;
         for &id in &step.gives {
-            match joined.outbox.give(&joined.plan, id, &outputs) {
+            let drawn = matches!(joined.plan.streams[usize::from(id.stream)].content, Content::Visual { .. });
+            let given = if drawn {
+                joined.outbox.visual(&joined.plan, id, &visuals).map(|content| (content, None))
+            } else {
+                joined.outbox.give(&joined.plan, id, &outputs)
+            };
+            match given {
                 Ok((content, impulses)) => {
                     done.produced.push((id.stream, id.index, content));
                     if let (Some(j), Some(interface)) = (impulses, interface_of(joined, id.stream)) {
@@ -134,70 +140,6 @@ impl<C: Checks> Participant<C> {
         let done = Box::new(done);
         self.unsettled.push((window, done.clone()));
         self.say(Up::Done(done), now, out);
-    }
-}
-
-/// Consumed messages and applied impulses, as [`Done`] lists them.
-type Gathered = (Inputs, Vec<(StreamId, u64, u64)>, Vec<(u16, [f64; 3], f64)>);
-
-/// Decodes what a step needs.
-fn gather(
-    joined: &Joined,
-    step: &StepPlan,
-    window: u64,
-    found: &[(Need, Option<MessageId>)],
-) -> Result<Gathered, String> {
-    let mut inputs = Inputs::default();
-    let mut consumed = Vec::new();
-    let mut applied = Vec::new();
-    let length_s = joined.plan.clock.seconds(step.span.ticks());
-    for (need, id) in found {
-        let Some((id, message)) = id.and_then(|id| joined.inbox.message(id).map(|m| (id, m))) else { continue };
-        let stream = &joined.plan.streams[usize::from(id.stream)];
-        let explain = |e| format!("message {} on `{}` in window {window}: {e}", id.index, stream.key);
-        consumed.push((id.stream, id.index, message.content().unwrap_or_default()));
-        let payload = message.payload();
-        match (&stream.content, need.role) {
-            (Content::Boundary { form, .. } | Content::MidBoundary { form, .. }, role) => {
-                let state = decode_boundary(*form, message.count(), &payload).map_err(explain)?;
-                let known = inputs.partners.iter_mut().find(|p| p.interface == need.interface);
-                match (known, role) {
-                    (Some(partner), Role::PartnerNext) => partner.next = Some(state),
-                    _ => inputs.partners.push(PartnerInput {
-                        interface: need.interface,
-                        rule: joined.plan.interfaces[usize::from(need.interface)].rule,
-                        now: state,
-                        next: None,
-                        length_s,
-                    }),
-                }
-            }
-            (Content::Impulses { form, .. }, role) => {
-                let impulses = decode_impulses(*form, message.count(), &payload).map_err(explain)?;
-                let impulses = about_present_centre(joined, need.interface, id.index, window, impulses);
-                applied.push((need.interface, impulses.total(), impulses.gross()));
-                let dropped = joined.plan.break_with == Some(Break::DropReaction);
-                inputs.impulses.push(ImpulseInput {
-                    interface: need.interface,
-                    impulses: if dropped { impulses.zeroed() } else { impulses },
-                    spread: role == Role::ImpulseSpread,
-                });
-            }
-            (Content::Statics { .. }, _) => {}
-        }
-    }
-    Ok((inputs, consumed, applied))
-}
-
-/// Impulses on a rigid body carry their moment about its centre where the resolver saw it. In the parallel scheme that
-/// is one window ago: the moment is moved to the centre at the start of this window, or angular momentum would be lost.
-fn about_present_centre(joined: &Joined, interface: u16, made_in: u64, window: u64, impulses: Impulses) -> Impulses {
-    let Impulses::Rigid(wrench) = impulses else { return impulses };
-    let shown = joined.plan.interfaces[usize::from(interface)].from_b;
-    let centre = |index| joined.outbox.centre(MessageId { stream: shown, index });
-    match (centre(made_in), centre(window)) {
-        (Some(then), Some(now)) if made_in != window => Impulses::Rigid(wrench.about(then, now)),
-        _ => Impulses::Rigid(wrench),
     }
 }
 

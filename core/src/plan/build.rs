@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::features::{meets_statics, own_actions, own_links};
-use super::{BoundaryForm, Interface, Participant, Plan, Side, features, interfaces, streams, turns, window};
+use super::{
+    BoundaryForm, Interface, Participant, ParticipantId, Plan, Recorder, Side, features, interfaces, streams, turns,
+    window,
+};
 use crate::plugin::{Descriptor, InterfaceView, SolverScene, ViewRole};
 use crate::scene::{Scene, Scheme, Source};
 
@@ -38,7 +41,7 @@ pub fn build(
     cores: usize,
 ) -> Result<(Plan, Vec<SolverScene>), Vec<Refusal>> {
     let mut refusals = Vec::new();
-    let participants = participants(scene);
+    let mut participants = participants(scene);
     for participant in &participants {
         match descriptors.get(&participant.plugin) {
             None => refusals.push(Refusal::new(
@@ -58,10 +61,21 @@ pub fn build(
     features::check_whole(scene, &participants, descriptors, &mut refusals);
     let mut left_out = Vec::new();
     let mut found = interfaces::find(scene, &participants, descriptors, &mut left_out, &mut refusals);
-    let streams = streams::of(&participants, descriptors, &mut found);
+    let mut streams = streams::of(&participants, descriptors, &mut found);
+    let recorder = participants.len() as ParticipantId;
+    let drawn = if scene.output.draws() {
+        streams::of_visuals(scene, &participants, descriptors, recorder, &mut left_out)
+    } else {
+        Vec::new()
+    };
+    let records = !drawn.is_empty();
+    streams.extend(drawn);
     check_numbers(found.len().max(streams.len()).max(participants.len()), &mut refusals);
     turns::check(&found, &participants, &mut refusals);
     let chosen = window::choose(scene, &found).map_err(|why| refusals.push(Refusal::new("clock", why)));
+    if records {
+        participants.push(recording_participant(&participants, &mut refusals));
+    }
     let (Ok((clock, window_bound_by)), []) = (chosen, refusals.as_slice()) else { return Err(refusals) };
     left_out.extend(interfaces::unused(scene, &participants));
     left_out.extend(features::unmet_statics(scene, &participants, descriptors));
@@ -72,12 +86,29 @@ pub fn build(
         interfaces: found,
         streams,
         left_out,
+        recorder: scene.clock.frames_per_second.filter(|_| records).map(|fps| Recorder {
+            participant: recorder,
+            // The clock tiles frames exactly, so that this is a whole number but for its rounding.
+            windows_per_frame: ((1.0 / (fps * clock.window_s())).round() as u64).max(1),
+        }),
         break_with: scene.run.break_with,
     };
     let threads = turns::threads(&plan, scene.run.threads.unwrap_or(cores));
     plan.participants.iter_mut().zip(threads).for_each(|(participant, threads)| participant.threads = threads);
     let scenes = plan.participants.iter().map(|p| part(scene, &plan, p, descriptors)).collect();
     Ok((plan, scenes))
+}
+
+/// Name of the participant that draws and writes frames.
+pub const RECORDER: &str = "recorder";
+
+/// The participant that draws and writes frames; it comes last.
+fn recording_participant(solvers: &[Participant], refusals: &mut Vec<Refusal>) -> Participant {
+    if solvers.iter().any(|p| p.name == RECORDER) {
+        let why = "this name belongs to what writes the frames of a run; choose another for the solver";
+        refusals.push(Refusal::new(format!("solver `{RECORDER}`"), why));
+    }
+    Participant { name: RECORDER.to_owned(), plugin: RECORDER.to_owned(), bodies: Vec::new(), threads: 1 }
 }
 
 /// Participants, interfaces and streams have numbers of 16 bits on the bus.

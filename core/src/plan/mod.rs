@@ -15,8 +15,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::scene::{Break, MotionRule, Scheme};
 use crate::time::Clock;
+use crate::visual::VisualForm;
 
-pub use build::{Refusal, build, plugin_of};
+pub use build::{RECORDER, Refusal, build, plugin_of};
 pub use features::{is_body_probe, source_kind};
 
 /// Index into [`Plan::participants`].
@@ -33,7 +34,7 @@ pub struct Plan {
     pub clock: Clock,
     /// The term that bounds the window, in words.
     pub window_bound_by: String,
-    /// Solver processes in name order.
+    /// Solver processes in name order, then the recorder, if there is one.
     pub participants: Vec<Participant>,
     /// Pairs of bodies in different solvers that touch or are joined.
     pub interfaces: Vec<Interface>,
@@ -41,8 +42,19 @@ pub struct Plan {
     pub streams: Vec<Stream>,
     /// What the scene could have needed and does not, and why.
     pub left_out: Vec<LeftOut>,
+    /// Who draws and writes frames, if anybody does, and how often.
+    pub recorder: Option<Recorder>,
     /// Deliberate fault, for negative controls.
     pub break_with: Option<Break>,
+}
+
+/// The participant that draws and writes frames. It owns no body and has no part in the state's hash.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Recorder {
+    /// Its place.
+    pub participant: ParticipantId,
+    /// Windows from one frame to the next.
+    pub windows_per_frame: u64,
 }
 
 /// One solver process.
@@ -152,6 +164,13 @@ pub enum Content {
         /// Form of the responder's boundary.
         form: BoundaryForm,
     },
+    /// What pictures show of a body. Message n is the state at the start of window n; there is one where a frame is.
+    Visual {
+        /// Body shown.
+        body: String,
+        /// Form.
+        form: VisualForm,
+    },
 }
 
 /// Form in which a body shows its boundary.
@@ -196,6 +215,26 @@ impl Plan {
     /// Name of a participant.
     pub fn name_of(&self, id: ParticipantId) -> &str {
         self.participants.get(usize::from(id)).map_or("?", |p| p.name.as_str())
+    }
+
+    /// Whether a frame shows the state at the start of window `edge`.
+    pub fn has_frame_at(&self, edge: u64) -> bool {
+        self.recorder.is_some_and(|r| edge.is_multiple_of(r.windows_per_frame))
+    }
+
+    /// Number of participants that simulate: they come first.
+    pub fn solver_count(&self) -> usize {
+        self.participants.len() - usize::from(self.recorder.is_some())
+    }
+
+    /// Participants that simulate, in order.
+    pub fn solvers(&self) -> &[Participant] {
+        &self.participants[..self.solver_count()]
+    }
+
+    /// Whether a participant simulates, as against one that only records.
+    pub fn is_solver(&self, id: ParticipantId) -> bool {
+        self.recorder.is_none_or(|r| r.participant != id)
     }
 
     /// Streams sent by a participant.

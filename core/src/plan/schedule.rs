@@ -27,6 +27,8 @@ pub enum Role {
     ImpulseSpread,
     /// Impulses to take at once, at the start of the step.
     ImpulseAtStart,
+    /// A body to draw; the step itself does not depend on it.
+    Visual,
 }
 
 /// A message that must be there before a step starts.
@@ -34,8 +36,8 @@ pub enum Role {
 pub struct Need {
     /// The message.
     pub message: MessageId,
-    /// Interface it belongs to.
-    pub interface: InterfaceId,
+    /// Interface it belongs to; visual states belong to none.
+    pub interface: Option<InterfaceId>,
     /// What it is to the step.
     pub role: Role,
 }
@@ -69,9 +71,12 @@ pub fn steps(plan: &Plan, who: ParticipantId, window: u64) -> Vec<StepPlan> {
             steps[step.min(last)].needs.push(need);
         }
     }
+    steps[last].needs.extend(visuals(plan, who, window));
     for (stream, declared) in plan.sent_by(who) {
         let (step, index) = match declared.content {
             Content::Statics { .. } => continue,
+            Content::Visual { .. } if !plan.has_frame_at(window + 1) => continue,
+            Content::Visual { .. } => (last, window + 1),
             Content::Boundary { .. } => (last, window + 1),
             Content::MidBoundary { .. } => (0, window),
             Content::Impulses { .. } => (last, window),
@@ -84,7 +89,7 @@ pub fn steps(plan: &Plan, who: ParticipantId, window: u64) -> Vec<StepPlan> {
 /// Messages that are published before the first window: the boundaries at t = 0 and the statics.
 pub fn published_at_start(plan: &Plan, who: ParticipantId) -> Vec<MessageId> {
     plan.sent_by(who)
-        .filter(|(_, s)| matches!(s.content, Content::Boundary { .. } | Content::Statics { .. }))
+        .filter(|(_, s)| !matches!(s.content, Content::MidBoundary { .. } | Content::Impulses { .. }))
         .map(|(stream, _)| MessageId { stream, index: 0 })
         .collect()
 }
@@ -101,12 +106,24 @@ fn empty_step(from: u64, to: u64) -> StepPlan {
     StepPlan { span: Span { from, to }, needs: Vec::new(), gives: Vec::new() }
 }
 
+/// What a recorder draws in a window: the frame at its end, and before the first window the start as well.
+fn visuals(plan: &Plan, who: ParticipantId, window: u64) -> Vec<Need> {
+    let edges = [(window == 0).then_some(0), plan.has_frame_at(window + 1).then_some(window + 1)];
+    let streams: Vec<StreamId> =
+        plan.read_by(who).filter(|(_, s)| matches!(s.content, Content::Visual { .. })).map(|(id, _)| id).collect();
+    let need = |index, stream| Need { message: MessageId { stream, index }, interface: None, role: Role::Visual };
+    edges.into_iter().flatten().flat_map(|index| streams.iter().map(move |&stream| need(index, stream))).collect()
+}
+
 /// Needs of `who` on one interface, with the number of the step that has them.
 fn needs(interface: &Interface, id: InterfaceId, who: ParticipantId, window: u64) -> Vec<(usize, Need)> {
     let is_a = interface.a.participant == who;
     let is_b = interface.b.participant == who;
-    let need =
-        |stream: StreamId, index: u64, role: Role| Need { message: MessageId { stream, index }, interface: id, role };
+    let need = |stream: StreamId, index: u64, role: Role| Need {
+        message: MessageId { stream, index },
+        interface: Some(id),
+        role,
+    };
     if let Some(impulses) = interface.impulses {
         return if is_a {
             vec![(0, need(interface.from_b, window, Role::PartnerNow))]

@@ -2,9 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::{BoundaryForm, Content, Interface, InterfaceKind, Participant, ParticipantId, Side, Stream, StreamId};
+use super::{
+    BoundaryForm, Content, Interface, InterfaceKind, LeftOut, Participant, ParticipantId, Side, Stream, StreamId,
+};
 use crate::plugin::Descriptor;
-use crate::scene::Scheme;
+use crate::scene::{Scene, Scheme, Source};
+use crate::visual::VisualForm;
 
 /// Streams of all interfaces; fills in the stream numbers of each.
 pub(super) fn of(
@@ -28,6 +31,46 @@ pub(super) fn of(
         }
     }
     made.list
+}
+
+/// Streams of all bodies that are drawn, and what cannot be.
+pub(super) fn of_visuals(
+    scene: &Scene,
+    participants: &[Participant],
+    descriptors: &BTreeMap<String, Descriptor>,
+    recorder: ParticipantId,
+    left_out: &mut Vec<LeftOut>,
+) -> Vec<Stream> {
+    let mut found = Vec::new();
+    for (owner, participant) in (0..).zip(participants) {
+        let offered = descriptors.get(&participant.plugin).and_then(|d| d.visual);
+        for body in scene.bodies.iter().filter(|b| participant.bodies.contains(&b.name)) {
+            let Some(form) = offered.map(|form| visual_form(form, &body.source)) else {
+                left_out.push(LeftOut {
+                    what: format!("pictures of body `{}`", body.name),
+                    why: format!("plugin `{}` shows nothing of its bodies", participant.plugin),
+                    indicator: None,
+                    limit: None,
+                    saved: "not measured".to_owned(),
+                });
+                continue;
+            };
+            let key = format!("out/{}/{}", participant.name, body.name);
+            let content = Content::Visual { body: body.name.clone(), form };
+            found.push(Stream { key, from: owner, to: vec![recorder], content });
+        }
+    }
+    found
+}
+
+/// Deformation gradients travel only where Gaussians ride on them.
+fn visual_form(offered: VisualForm, source: &Source) -> VisualForm {
+    match offered {
+        VisualForm::Particles { gradients } => {
+            VisualForm::Particles { gradients: gradients && matches!(source, Source::Splat { .. }) }
+        }
+        VisualForm::Pose => VisualForm::Pose,
+    }
 }
 
 struct Streams<'p> {

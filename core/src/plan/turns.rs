@@ -61,12 +61,15 @@ pub(super) fn threads(plan: &Plan, cores: usize) -> Vec<usize> {
     for window in 0..2 {
         let levels = levels(plan, window);
         let mut members: BTreeMap<usize, usize> = BTreeMap::new();
-        levels.iter().flatten().for_each(|&level| *members.entry(level).or_default() += 1);
+        let solvers = || levels.iter().zip(0..).filter(|(_, id)| plan.is_solver(*id)).map(|(own, _)| own);
+        solvers().flatten().for_each(|&level| *members.entry(level).or_default() += 1);
         for (most, own) in most.iter_mut().zip(&levels) {
-            *most = own.iter().map(|level| members[level]).fold(*most, usize::max);
+            *most = own.iter().filter_map(|level| members.get(level)).copied().fold(*most, usize::max);
         }
     }
-    most.into_iter().map(|members| (cores / members).max(1)).collect()
+    // A recorder has no turn: what it does beside the solvers takes what they leave.
+    let most = most.into_iter().zip(0..);
+    most.map(|(members, id)| if plan.is_solver(id) { (cores / members).max(1) } else { cores }).collect()
 }
 
 /// Level of each step of each participant: one more than the highest it waits for within the window.

@@ -24,7 +24,7 @@ pub use refusals::Refusals;
 pub use scene::{InterfaceView, PartnerSetup, Setup, SetupBoundary, SolverScene, Step, ViewRole};
 pub use state::{StateError, StateHasher, StateReader, StateSink};
 
-use crate::visual::VisualState;
+use crate::visual::{VisualFrame, VisualState};
 
 /// Says how far a long computation is, and hears whether to go on.
 pub trait Pulse {
@@ -63,6 +63,12 @@ pub enum PluginError {
     /// A saved state does not fit.
     #[error("the saved state does not fit: {0}")]
     State(#[from] StateError),
+    /// The host broke the contract: a call out of order, inputs that the plan does not name.
+    #[error("the host broke the contract: {0}")]
+    Contract(String),
+    /// What surrounds the plugin failed it: a disk, a file, a device.
+    #[error("{0}")]
+    Environment(String),
     /// It was told to stop.
     #[error("stopped on request")]
     Aborted,
@@ -100,6 +106,15 @@ pub trait Plugin {
     /// bodies that somebody draws. `None` where the plugin has nothing to show.
     fn visual(&self, _body: &str) -> Option<VisualState> {
         None
+    }
+
+    /// Takes a frame to draw or to write. Only recorders are given any, before the `advance` of the window that ends
+    /// with it.
+    ///
+    /// # Errors
+    /// [`PluginError::Environment`] when it cannot be written.
+    fn record(&mut self, _frame: &VisualFrame, _pulse: &mut dyn Pulse) -> Result<(), PluginError> {
+        Ok(())
     }
 
     /// Writes everything that `advance` depends on.

@@ -46,7 +46,7 @@ impl<C: Checks + Copy> World<'_, C> {
         if finished && self.settled != windows {
             return Some(format!("it finished with {} of {windows} windows settled (I2)", self.settled));
         }
-        if finished && expected.is_some_and(|e| e != self.last_hash) {
+        if finished && expected.is_some_and(|e| e != self.fingerprint()) {
             return Some("it finished with another state than without faults (I3)".to_owned());
         }
         let late = finished && self.now_us <= self.scenario.trouble_at_us + 2 * PAUSE_US;

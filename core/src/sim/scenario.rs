@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::sync::Arc;
 
 use super::faults::Faults;
 use super::random::Random;
 use super::toy;
+use crate::asset::{Asset, ParticleCloud};
 use crate::plan::{self, ParticipantId, Plan};
 use crate::plugin::SolverScene;
 use crate::scene::read;
@@ -91,6 +93,11 @@ impl Scenario {
     }
 }
 
+fn cloud(points: usize) -> Asset {
+    let position_m = (0..points).map(|i| [i as f64, points as f64, 0.5]).collect();
+    Asset::Particles(ParticleCloud { spacing_m: 1.0, position_m, volume_m3: vec![1.0; points] })
+}
+
 /// Draws 3 to 5 solvers, contacts among some pairs, links among others.
 fn draw(random: &mut Random, windows: u64, samples: u64) -> Option<(Plan, Vec<SolverScene>)> {
     let solvers = 3 + random.below(3);
@@ -102,6 +109,11 @@ fn draw(random: &mut Random, windows: u64, samples: u64) -> Option<(Plan, Vec<So
          contact_scheme = \"{contact}\"\nlink_scheme = \"{link}\"\nmotion_rule = \"{rule}\"\n",
         1.0 / windows as f64
     );
+    if random.once_in(2) {
+        // Frames, drawn by a recorder.
+        let every = 1 + random.below(4);
+        let _ = writeln!(text, "fps = {}\n[output]\nsplats = false", windows as f64 / every as f64);
+    }
     for i in 0..solvers {
         let _ = writeln!(text, "[solver.p{i}]\nplugin = \"toy\"");
     }
@@ -130,5 +142,13 @@ fn draw(random: &mut Random, windows: u64, samples: u64) -> Option<(Plan, Vec<So
     }
     let scene = read::parse(&text).ok()?.0;
     let descriptors = BTreeMap::from([("toy".to_owned(), toy::descriptor())]);
-    plan::build(&scene, &descriptors, 2).ok()
+    let (plan, mut scenes) = plan::build(&scene, &descriptors, 2).ok()?;
+    for scene in &mut scenes {
+        for i in 0..random.below(3) {
+            // With large messages come assets of several chunks.
+            let points = 1 + random.below(2 * samples) as usize;
+            scene.assets.insert(format!("asset{i}"), Arc::new(cloud(points)));
+        }
+    }
+    Some((plan, scenes))
 }

@@ -2,13 +2,16 @@
 
 use xxhash_rust::xxh3::xxh3_64;
 
+use crate::asset::Asset;
 use crate::boundary::{BoundaryState, Impulses, SampleStatics, Samples, Vec3};
+use crate::control::PROTOCOL;
 use crate::plan::{BoundaryForm, InterfaceId};
 use crate::plugin::{
     BodyState, BoundaryOutput, Descriptor, Inputs, InterfaceRole, Outputs, PartnerSetup, Plugin, PluginError, Pulse,
     Report, Saves, Setup, SetupBoundary, SolverScene, StateReader, StateSink, Step,
 };
 use crate::scene::Source;
+use crate::visual::{VisualForm, VisualFrame, VisualState};
 
 /// The plugin.
 #[derive(Clone, Debug, Default)]
@@ -17,6 +20,7 @@ pub(super) struct Toy {
     gives: Vec<(InterfaceId, usize)>,
     partner_sizes: Vec<(InterfaceId, usize)>,
     state: Vec<u64>,
+    drawn: u64,
 }
 
 /// Descriptor of the toy.
@@ -25,12 +29,12 @@ pub(super) fn descriptor() -> Descriptor {
         name: "toy".to_owned(),
         version: "1".to_owned(),
         summary: "mixes bits".to_owned(),
-        protocol: [1, 1],
+        protocol: [PROTOCOL; 2],
         body_kinds: vec!["cloud".to_owned()],
         materials: vec!["point-mass".to_owned()],
         roles: vec![InterfaceRole::ResolveSamples, InterfaceRole::Respond, InterfaceRole::Link],
         boundary: BoundaryForm::SamplesF64 { normals: false },
-        visual: None,
+        visual: Some(VisualForm::Particles { gradients: false }),
         features: Vec::new(),
         probes: Vec::new(),
         saves: Saves { bytes: true, deterministic: true },
@@ -65,6 +69,11 @@ impl Toy {
         }
     }
 
+    /// Stands for all frames it was given.
+    pub(super) fn drawn(&self) -> u64 {
+        self.drawn
+    }
+
     fn report(&self) -> Report {
         Report { bodies: vec![BodyState::default(); self.bodies.len()], ..Report::default() }
     }
@@ -82,6 +91,12 @@ impl Plugin for Toy {
             };
             self.bodies.push((body.name.clone(), count));
             self.state.push(xxh3_64(body.name.as_bytes()));
+        }
+        for (name, asset) in &scene.assets {
+            self.mix(name.as_bytes());
+            if let Asset::Particles(cloud) = &**asset {
+                self.mix(bytemuck::cast_slice(&cloud.position_m));
+            }
         }
         self.gives = scene.interfaces.iter().filter(|v| v.role.gives_impulses()).map(|v| (v.id, 0)).collect();
         let boundaries = (0..self.bodies.len()).map(|i| SetupBoundary {
@@ -142,6 +157,23 @@ impl Plugin for Toy {
                 .collect(),
             report: self.report(),
         })
+    }
+
+    fn visual(&self, body: &str) -> Option<VisualState> {
+        let at = self.bodies.iter().position(|(name, _)| name == body)?;
+        Some(VisualState::Particles { position: self.vectors(at, self.bodies[at].1, 0), gradient: Vec::new() })
+    }
+
+    fn record(&mut self, frame: &VisualFrame, _pulse: &mut dyn Pulse) -> Result<(), PluginError> {
+        let mut mixed = vec![self.drawn, frame.number];
+        for (name, state) in &frame.bodies {
+            mixed.push(xxh3_64(name.as_bytes()));
+            if let VisualState::Particles { position, .. } = state {
+                mixed.push(xxh3_64(bytemuck::cast_slice(position)));
+            }
+        }
+        self.drawn = xxh3_64(bytemuck::cast_slice(&mixed));
+        Ok(())
     }
 
     fn save(&self, sink: &mut dyn StateSink) {

@@ -9,7 +9,7 @@ use super::toy::{Toy, descriptor};
 use crate::checks::{AllChecks, Checks};
 use crate::control::Times;
 use crate::coordinator::{self, Coordinator, Limits, Outcome};
-use crate::participant::{self, Ending, Frame, Identity, Job, Pace, Participant};
+use crate::participant::{self, Answer, Ending, Frame, Identity, Job, Pace, Participant};
 use crate::plan::{ParticipantId, schedule};
 use crate::plugin::{Outputs, Plugin, PluginError, StateHasher, Steady};
 
@@ -42,7 +42,7 @@ pub(super) enum Delivery {
     Down(ParticipantId, Vec<u8>),
     Data(ParticipantId, Frame),
     Resend(ParticipantId, Vec<u8>),
-    Computed(ParticipantId, Box<Result<(Outputs, u128), PluginError>>),
+    Computed(ParticipantId, Box<Result<Answer<Outputs>, PluginError>>),
     TickNode(ParticipantId),
     TickCoordinator,
     Trouble,
@@ -106,8 +106,8 @@ pub fn run<C: Checks + Copy>(scenario: &Scenario, checks: C, expected: Option<u1
     match broken {
         Some(what) => Err(Violation { seed: scenario.seed, what }),
         None => Ok(Report {
+            state_hash: world.fingerprint(),
             outcome: world.outcome.unwrap_or(Outcome::Finished),
-            state_hash: world.last_hash,
             windows: world.settled,
             messages: world.messages,
         }),
@@ -146,6 +146,12 @@ impl<'s, C: Checks + Copy> World<'s, C> {
             broken: None,
             messages: 0,
         }
+    }
+
+    /// All that a run leaves: the chain of the states, and what was drawn, which has no part in it.
+    pub(super) fn fingerprint(&self) -> u128 {
+        let drawn = self.nodes.iter().fold(0u64, |mixed, n| mixed.rotate_left(1) ^ n.plugin.drawn());
+        self.last_hash ^ u128::from(drawn)
     }
 
     pub(super) fn now(&self) -> Duration {
@@ -205,7 +211,7 @@ impl<'s, C: Checks + Copy> World<'s, C> {
             Delivery::Down(who, bytes) => {
                 if let Some(double) = &mut self.double {
                     let seen = double.on(participant::Event::Control(bytes.clone()), now);
-                    let joined = seen.iter().any(|a| matches!(a, participant::Action::SetUp(_)));
+                    let joined = seen.iter().any(|a| matches!(a, participant::Action::SetUp(..)));
                     if joined {
                         self.broken = Some("a second process joined under a taken name (I4)".to_owned());
                     }
@@ -265,9 +271,9 @@ impl<'s, C: Checks + Copy> World<'s, C> {
                     }
                 }
                 participant::Action::Request(to, bytes) => self.send(&bytes, move |b| Delivery::Resend(to, b)),
-                participant::Action::SetUp(scene) => {
+                participant::Action::SetUp(scene, show) => {
                     let node = &mut self.nodes[usize::from(who)];
-                    let answer = node.plugin.setup(&scene).map(|setup| (setup, hash_of(&node.plugin)));
+                    let answer = node.plugin.setup(&scene).map(|setup| Answer::of(&node.plugin, setup, true, &show));
                     self.answer(who, participant::Event::SetUp(answer));
                 }
                 participant::Action::Connect(partners) => {
@@ -293,6 +299,7 @@ impl<'s, C: Checks + Copy> World<'s, C> {
         let step = steps.iter().find(|s| s.span == job.step.span);
         let needed = step.map_or(0, |s| s.needs.len());
         let given = job.inputs.impulses.len()
+            + job.frames.iter().map(|f| f.bodies.len()).sum::<usize>()
             + job.inputs.partners.iter().map(|p| 1 + usize::from(p.next.is_some())).sum::<usize>();
         if given != needed {
             self.broken =
@@ -302,7 +309,9 @@ impl<'s, C: Checks + Copy> World<'s, C> {
             self.broken = Some(format!("participant {who} computed window {window} before it was granted"));
         }
         let node = &mut self.nodes[usize::from(who)];
-        let answer = node.plugin.advance(&job.step, &job.inputs, &mut Steady).map(|o| (o, hash_of(&node.plugin)));
+        let drawn = job.frames.iter().try_for_each(|frame| node.plugin.record(frame, &mut Steady));
+        let answer = drawn.and_then(|()| node.plugin.advance(&job.step, &job.inputs, &mut Steady));
+        let answer = answer.map(|outputs| Answer::of(&node.plugin, outputs, true, &job.show));
         if job.hash_state {
             node.states.push(hash_of(&node.plugin));
         }

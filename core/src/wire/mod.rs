@@ -8,6 +8,7 @@ mod arrays;
 mod header;
 mod message;
 mod payload;
+mod visual;
 
 pub use header::{HEADER_BYTES, Header, HeaderError, Kind, MAGIC, VERSION};
 pub use message::{CHUNK_BYTES, Message, Origin, frames, probe};
@@ -15,3 +16,4 @@ pub use payload::{
     PayloadError, check_impulses, check_samples, decode_boundary, decode_impulses, decode_statics, encode_boundary,
     encode_impulses, encode_statics, payload_bytes, schema_hash, schema_text,
 };
+pub use visual::{check_visual, decode_visual, encode_visual};

@@ -5,8 +5,10 @@ use std::ops::Range;
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::arrays::{Reader, Writer, aligned};
+use super::visual;
 use crate::boundary::{BoundaryState, Impulses, ProxyRecord, SampleStatics, Samples, Wrench};
 use crate::plan::{BoundaryForm, Content};
+use crate::visual::VisualForm;
 
 /// Bytes that do not hold what their stream carries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -53,6 +55,7 @@ pub fn schema_text(content: &Content) -> &'static str {
         },
         Content::Impulses { form: BoundaryForm::Proxy, .. } => "wrench/1 impulse:f64x3 angular_impulse:f64x3",
         Content::Impulses { .. } => "impulses/1 impulse:f64x3",
+        Content::Visual { form, .. } => visual::schema_text(*form),
     }
 }
 
@@ -90,6 +93,7 @@ pub fn payload_bytes(content: &Content, count: usize) -> usize {
         },
         Content::Impulses { form: BoundaryForm::Proxy, .. } => aligned(WRENCH_NUMBERS * 8),
         Content::Impulses { .. } => vectors(1, 8),
+        Content::Visual { form, .. } => visual::payload_bytes(*form, count),
     }
 }
 
@@ -276,12 +280,13 @@ pub fn decode_impulses(form: BoundaryForm, count: usize, bytes: &[u8]) -> Result
 }
 
 /// Whether `bytes` can hold `count` elements; after this nothing is allocated that they do not fill.
-fn check_length(content: &Content, count: usize, bytes: &[u8]) -> Result<(), PayloadError> {
-    use Content::{Boundary, Impulses, MidBoundary};
+pub(super) fn check_length(content: &Content, count: usize, bytes: &[u8]) -> Result<(), PayloadError> {
+    use Content::{Boundary, Impulses, MidBoundary, Visual};
     if count != 1
         && let Boundary { form: BoundaryForm::Proxy, .. }
         | MidBoundary { form: BoundaryForm::Proxy, .. }
-        | Impulses { form: BoundaryForm::Proxy, .. } = content
+        | Impulses { form: BoundaryForm::Proxy, .. }
+        | Visual { form: VisualForm::Pose, .. } = content
     {
         return Err(PayloadError::Count { found: count });
     }
@@ -289,7 +294,7 @@ fn check_length(content: &Content, count: usize, bytes: &[u8]) -> Result<(), Pay
     if bytes.len() == expected { Ok(()) } else { Err(PayloadError::Length { expected, found: bytes.len() }) }
 }
 
-fn finite(array: &'static str, values: &[f64]) -> Result<(), PayloadError> {
+pub(super) fn finite(array: &'static str, values: &[f64]) -> Result<(), PayloadError> {
     match values.iter().position(|v| !v.is_finite()) {
         Some(index) => Err(PayloadError::NotFinite { array, index }),
         None => Ok(()),

@@ -110,6 +110,7 @@ pub(crate) fn plugin(name: &str, boundary: BoundaryForm, roles: &[InterfaceRole]
         materials: words(&["point-mass", "rigid", "elastic", "sph-liquid", "cloth", "smoke", "mpm-liquid", "granular"]),
         roles: roles.to_vec(),
         boundary,
+        visual: None,
         features: words(&["links", "joints", "statics", "prescribed", "slab", "gravity"]),
         probes: Vec::new(),
         saves: Saves { bytes: true, deterministic: true },

@@ -2,6 +2,7 @@
 
 mod cast;
 mod features;
+mod frames;
 mod interfaces;
 mod run;
 mod schedule;

@@ -17,6 +17,7 @@ fn need(plan: &Plan, need: &Need) -> String {
         Role::PartnerNext => "next",
         Role::ImpulseSpread => "spread",
         Role::ImpulseAtStart => "at once",
+        Role::Visual => "drawn",
     };
     format!("{} {role}", message(plan, need.message))
 }

@@ -1,7 +1,7 @@
 //! Control messages: what is not whole is refused.
 
 use cosplat_core::control::{
-    ControlError, Done, Down, Envelope, PROTOCOL, Progress, Resend, Up, decode, encode, protocol_of,
+    AssetInfo, ControlError, Done, Down, Envelope, PROTOCOL, Progress, Resend, Up, decode, encode, protocol_of,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -78,6 +78,7 @@ fn messages() -> Vec<Vec<u8>> {
     let text = || "in words".to_owned();
     let up = [
         Up::Hello { name: text(), pid: 7, protocol: [1, 1], descriptor: "{}".to_owned() },
+        Up::Fetch { asset: 3, chunk: 70_000 },
         Up::Ready(Box::default()),
         Up::Probed { streams: vec![1, 2, 300] },
         Up::Done(Box::default()),
@@ -86,7 +87,13 @@ fn messages() -> Vec<Vec<u8>> {
         Up::Bye,
     ];
     let down = [
-        Down::Welcome { id: 1, plan: "{}".to_owned(), scene: "{}".to_owned() },
+        Down::Welcome {
+            id: 1,
+            plan: "{}".to_owned(),
+            scene: "{}".to_owned(),
+            assets: vec![AssetInfo { name: text(), bytes: 1 << 40, hash: u64::MAX }],
+        },
+        Down::Chunk { asset: 3, chunk: 70_000, bytes: vec![0, 255, 7] },
         Down::Refused { reason: text() },
         Down::Probe,
         Down::Start,

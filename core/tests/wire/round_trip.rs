@@ -2,6 +2,7 @@
 
 use cosplat_core::boundary::{BoundaryState, Impulses, ProxyRecord, SampleStatics, Samples, Vec3, Wrench};
 use cosplat_core::plan::{BoundaryForm, Content};
+use cosplat_core::visual::VisualState;
 use proptest::collection::vec;
 use proptest::num::f64::{NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
 use proptest::prelude::*;
@@ -72,6 +73,11 @@ pub(crate) fn bits(value: &Value) -> Vec<u64> {
         ]),
         Value::Impulses(Impulses::Samples(each)) => of(&[each.as_flattened()]),
         Value::Impulses(Impulses::Rigid(w)) => of(&[&w.linear, &w.angular]),
+        Value::Visual(VisualState::Pose { position, orientation }) => of(&[position, orientation]),
+        Value::Visual(VisualState::Particles { position, gradient }) => {
+            let gradient = gradient.as_flattened().iter().map(|g| u64::from(g.to_bits()));
+            of(&[position.as_flattened()]).into_iter().chain(gradient).collect()
+        }
     }
 }
 

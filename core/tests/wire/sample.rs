@@ -3,6 +3,7 @@
 use cosplat_core::boundary::{BoundaryState, Impulses, ProxyRecord, SampleStatics, Samples, Vec3, Wrench};
 use cosplat_core::participant::Frame;
 use cosplat_core::plan::{BoundaryForm, Content};
+use cosplat_core::visual::{VisualForm, VisualState};
 use cosplat_core::wire::{self, HEADER_BYTES, Origin};
 
 /// Run of all fixtures.
@@ -23,6 +24,7 @@ pub(crate) enum Value {
     Statics(SampleStatics),
     Boundary(BoundaryState),
     Impulses(Impulses),
+    Visual(VisualState),
 }
 
 /// Three vectors of numbers that single precision cannot hold, far from the origin.
@@ -71,7 +73,26 @@ pub(crate) fn contents() -> Vec<(String, Content, Value)> {
         };
         all.push((format!("impulses-{word}"), Content::Impulses { interface: 3, form }, Value::Impulses(impulses)));
     }
+    for (form, word, state) in visuals() {
+        all.push((format!("visual-{word}"), Content::Visual { body: body(), form }, Value::Visual(state)));
+    }
     all
+}
+
+/// Visual states of all forms. Their positions differ from the first by what single precision holds exactly.
+fn visuals() -> [(VisualForm, &'static str, VisualState); 3] {
+    let position = vec![[100.1, -0.3, 1e-9], [100.1 + 0.5, -0.3 - 2.0, 1e-9 + 0.25]];
+    let gradient = vec![[1.0, 0.1, -0.2, 0.3, 1.1, 0.0, -0.0, 1e-30, 0.9], [1e30; 9]];
+    let pose = VisualState::Pose { position: [0.1, 0.2, 0.3], orientation: [0.0, 0.6, 0.0, 0.8] };
+    [
+        (VisualForm::Pose, "pose", pose),
+        (
+            VisualForm::Particles { gradients: false },
+            "points",
+            VisualState::Particles { position: position.clone(), gradient: Vec::new() },
+        ),
+        (VisualForm::Particles { gradients: true }, "gradients", VisualState::Particles { position, gradient }),
+    ]
 }
 
 /// Count and buffer of a value.
@@ -82,6 +103,7 @@ pub(crate) fn encode(content: &Content, value: &Value) -> (u32, Vec<u8>) {
             wire::encode_boundary(*form, state)
         }
         (Content::Impulses { .. }, Value::Impulses(impulses)) => wire::encode_impulses(impulses),
+        (Content::Visual { .. }, Value::Visual(state)) => wire::encode_visual(state),
         _ => panic!("{value:?} is not what {content:?} holds"),
     }
 }
@@ -94,6 +116,7 @@ pub(crate) fn decode(content: &Content, count: usize, payload: &[u8]) -> Result<
             wire::decode_boundary(*form, count, payload).map(Value::Boundary)
         }
         Content::Impulses { form, .. } => wire::decode_impulses(*form, count, payload).map(Value::Impulses),
+        Content::Visual { form, .. } => wire::decode_visual(*form, count, payload).map(Value::Visual),
     }
 }
 

@@ -19,6 +19,9 @@ pub(crate) fn explain(failure: &Failure, plan: &Plan, folder: &RunFolder, last_w
             let hint = "a smaller `clock.window`, a finer spacing or a softer material may help; `ledger.csv` shows how it went there";
             (Code::Physics, vec![who], hint.into())
         }
+        Failure::Environment { who, .. } => {
+            (Code::Environment, vec![who], "make room on the disk, or choose another folder with `--out DIR`".into())
+        }
         Failure::Died { who, how, .. } => (Code::Process, vec![who], after_death(how)),
         Failure::Silent { who, .. } => {
             let hint = "if it only needs longer between two signs of life, raise `run.silence_limit` in the scene";

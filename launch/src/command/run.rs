@@ -95,7 +95,7 @@ fn introduce(prepared: &Prepared, progress: &Progress, is_quiet: bool) {
     let windows = usize::try_from(plan.clock.windows).unwrap_or(usize::MAX);
     let text = format!(
         "{}, {}, {} of {} s, bound by {}",
-        count(plan.participants.len(), "process", "processes"),
+        count(plan.solver_count(), "process", "processes"),
         count(plan.interfaces.len(), "interface", "interfaces"),
         count(windows, "window", "windows"),
         plan.clock.window_s(),

@@ -108,7 +108,7 @@ impl Ledger {
 
 fn header(plan: &Plan) -> Vec<String> {
     let mut header: Vec<String> = WINDOW.map(str::to_owned).into();
-    for participant in &plan.participants {
+    for participant in plan.solvers() {
         header.extend(SOLVER.iter().map(|column| format!("{}.{column}", participant.name)));
     }
     for (i, interface) in plan.interfaces.iter().enumerate() {

@@ -132,7 +132,7 @@ impl<'a> Recorder<'a> {
         if self.trace.is_some() {
             files.insert("trace".into(), TRACE.into());
         }
-        for participant in &self.plan.participants {
+        for participant in self.plan.solvers() {
             files.insert(format!("log.{}", participant.name), RunFolder::log_name(&participant.name));
         }
         files

@@ -46,7 +46,7 @@ pub(crate) struct Tally {
 impl Tally {
     /// Begins with nothing; `forms` tells for each process with which numbers it computes.
     pub(crate) fn new(plan: &Plan, forms: Vec<BoundaryForm>) -> Self {
-        let processes = plan.participants.iter().map(|p| Process {
+        let processes = plan.solvers().iter().map(|p| Process {
             name: p.name.clone(),
             solver: p.plugin.clone(),
             threads: p.threads,
@@ -57,7 +57,7 @@ impl Tally {
             .iter()
             .flat_map(|p| p.bodies.iter().map(|b| Body { name: b.clone(), solver: p.name.clone(), ..Body::default() }));
         let links = plan.interfaces.iter().filter(|i| i.kind == InterfaceKind::Link).map(|i| i.name.as_str());
-        let parts = plan.participants.iter().map(|p| p.name.as_str()).chain(links).chain(["total"]);
+        let parts = plan.solvers().iter().map(|p| p.name.as_str()).chain(links).chain(["total"]);
         Self {
             windows: 0,
             simulated_s: 0.0,
@@ -68,7 +68,7 @@ impl Tally {
             energy: parts.map(|name| Energy { name: name.into(), ..Energy::default() }).collect(),
             counters: BTreeMap::new(),
             left_out: Vec::new(),
-            body_counts: plan.participants.iter().map(|p| p.bodies.len()).collect(),
+            body_counts: plan.solvers().iter().map(|p| p.bodies.len()).collect(),
             closures: vec![Closure::default(); forms.len()],
             forms,
             sides: plan
@@ -83,6 +83,8 @@ impl Tally {
 
     /// Takes the states at t = 0, in plan order.
     pub(crate) fn started(&mut self, plan: &Plan, scene: &Scene, ready: &[ReadyInfo]) {
+        // Whoever only records owns nothing.
+        let ready = &ready[..self.body_counts.len().min(ready.len())];
         for (process, info) in ready.iter().enumerate() {
             for (i, (body, state)) in self.bodies_of(process).iter_mut().zip(&info.report.bodies).enumerate() {
                 body.particles = info.particles.get(i).copied().unwrap_or_default();
@@ -105,7 +107,7 @@ impl Tally {
         self.windows = record.window + 1;
         self.simulated_s = record.end_s;
         self.state_hash = Some(record.state_hash);
-        for (process, done) in done.iter().enumerate() {
+        for (process, done) in done.iter().enumerate().take(self.body_counts.len()) {
             for (body, state) in self.bodies_of(process).iter_mut().zip(&done.report.bodies) {
                 body.mass_kg = state.mass_kg;
                 body.max_displacement_m = body.max_displacement_m.max(state.max_displacement_m);

@@ -10,15 +10,18 @@ use std::process::Command;
 use std::thread;
 use std::time::Duration;
 
-use cosplat_bus::{BusError, CoordinatorEvent, CoordinatorHandle, CoordinatorHost, Spin};
+use cosplat_bus::{BusError, CoordinatorEvent, CoordinatorHandle, CoordinatorHost, JoinTicket, Spin};
 use cosplat_core::coordinator::{Limits, Outcome};
+use cosplat_core::participant::Pace;
 use cosplat_core::plan::{ParticipantId, Plan};
 use cosplat_core::plugin::SolverScene;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
+use tokio::sync::oneshot;
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout_at};
 
 use crate::exit::{Code, Error, Problem};
 use crate::folder::RunFolder;
+use crate::frames::{FrameRecorder, Frames};
 use child::{Child, Exit};
 use signals::Signals;
 use usage::Usage;
@@ -42,6 +45,8 @@ pub(crate) struct Job<'a> {
     pub(crate) limits: Limits,
     /// Where logs go.
     pub(crate) folder: &'a RunFolder,
+    /// What takes the frames, where there are any.
+    pub(crate) recorder: Option<FrameRecorder>,
 }
 
 /// What the owner of a run hears about it.
@@ -66,6 +71,8 @@ pub(crate) struct Ended {
     pub(crate) usage: Vec<Usage>,
     /// Last lines of each process on standard error, in plan order.
     pub(crate) last_words: Vec<Vec<String>>,
+    /// What was made of the frames; nothing where there are none, or where nobody waited for them.
+    pub(crate) frames: Option<Frames>,
 }
 
 /// Carries out a run. Must be called on a thread that outlives it: the processes end with the thread that started them.
@@ -91,6 +98,7 @@ pub(crate) async fn run(
         children.push(child);
     }
     drop(exit_post);
+    let recording = job.recorder.zip(tickets.into_iter().nth(children.len())).map(|(r, t)| record(r, t)).transpose()?;
     let (event_post, events) = unbounded_channel();
     let coordinate = move || {
         // The receiver is gone only when the run is being given up.
@@ -102,6 +110,7 @@ pub(crate) async fn run(
     let mut supervisor = Supervisor { children, handle, exits, last_window: job.plan.clock.windows.saturating_sub(1) };
     let watched = supervisor.watch(events, signals, hear).await;
     supervisor.leave(&watched, signals).await;
+    let frames = recorded(recording, &watched, signals).await;
     let bus = host.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
     let outcome = match watched? {
         Watched::Ended(outcome) => Some(outcome),
@@ -111,11 +120,50 @@ pub(crate) async fn run(
             return Err(Error::new(Code::Process, Problem::new("The coordinator ended without a word")));
         }
     };
+    let frames = match (&outcome, frames) {
+        // A run that failed has said why already.
+        (Some(Outcome::Failed(_)), _) => None,
+        (_, frames) => frames?,
+    };
     Ok(Ended {
         outcome,
+        frames,
         usage: supervisor.children.iter().map(Child::usage).collect(),
         last_words: supervisor.children.iter().map(|c| c.tail.last()).collect(),
     })
+}
+
+/// A recorder at work, and its result once it has ended.
+type Recording = oneshot::Receiver<Result<Frames, String>>;
+
+/// Lets a recorder take part in the run, on a thread of its own.
+fn record(mut recorder: FrameRecorder, ticket: JoinTicket) -> Result<Recording, Error> {
+    let (post, result) = oneshot::channel();
+    let work = move || {
+        // Why it left is the coordinator's to tell; here it matters what was written.
+        let _ = cosplat_bus::serve(&mut recorder, &ticket, Pace::default());
+        let _ = post.send(recorder.finish());
+    };
+    let thread = thread::Builder::new().name("recorder".into()).spawn(work);
+    let problem = |e| Error::new(Code::Environment, Problem::new("Cannot start the thread of the recorder").because(e));
+    thread.map(|_| result).map_err(problem)
+}
+
+/// Waits for the last frames, unless the run was given up or the user is tired of waiting.
+async fn recorded(
+    recording: Option<Recording>,
+    watched: &Result<Watched, Error>,
+    signals: &mut Signals,
+) -> Result<Option<Frames>, Error> {
+    let (Some(recording), Ok(Watched::Ended(_))) = (recording, watched) else { return Ok(None) };
+    let failed = |why: String| Error::new(Code::Environment, Problem::new("Cannot write the frames").because(why));
+    tokio::select! {
+        result = recording => match result {
+            Ok(result) => result.map(Some).map_err(failed),
+            Err(_) => Err(failed("the thread that takes them panicked".to_owned())),
+        },
+        _ = signals.next() => Ok(None),
+    }
 }
 
 /// Why watching ended.

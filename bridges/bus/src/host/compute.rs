@@ -5,8 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
 use cosplat_core::control::Times;
-use cosplat_core::participant::{Event, Job};
-use cosplat_core::plugin::{PartnerSetup, Plugin, PluginError, SolverScene, StateHasher};
+use cosplat_core::participant::{Answer, Event, Job};
+use cosplat_core::plugin::{PartnerSetup, Plugin, PluginError, SolverScene};
 
 use super::drive::Driver;
 use super::pulse::HostPulse;
@@ -33,8 +33,8 @@ impl Stopwatch {
     }
 }
 
-pub(super) fn set_up(driver: &mut Driver, plugin: &mut dyn Plugin, scene: &SolverScene) {
-    let answer = guarded(|| plugin.setup(scene).map(|setup| (setup, hash(plugin))));
+pub(super) fn set_up(driver: &mut Driver, plugin: &mut dyn Plugin, scene: &SolverScene, show: &[String]) {
+    let answer = guarded(|| plugin.setup(scene).map(|setup| Answer::of(plugin, setup, true, show)));
     driver.note_failure(&answer);
     driver.answer(Event::SetUp(answer));
 }
@@ -51,8 +51,10 @@ pub(super) fn advance(driver: &mut Driver, plugin: &mut dyn Plugin, job: &Job) {
     let (wait_s, transfer_s) = driver.watch.begins(start);
     let start_s = monotonic_s();
     let answer = guarded(|| {
-        let outputs = plugin.advance(&job.step, &job.inputs, &mut HostPulse::new(driver))?;
-        Ok((outputs, if job.hash_state { hash(plugin) } else { 0 }))
+        let mut pulse = HostPulse::new(driver);
+        job.frames.iter().try_for_each(|frame| plugin.record(frame, &mut pulse))?;
+        let outputs = plugin.advance(&job.step, &job.inputs, &mut pulse)?;
+        Ok(Answer::of(plugin, outputs, job.hash_state, &job.show))
     });
     let end_s = monotonic_s();
     driver.watch.ended = Some(Instant::now());
@@ -61,13 +63,6 @@ pub(super) fn advance(driver: &mut Driver, plugin: &mut dyn Plugin, job: &Job) {
     }
     let times = Times { start_s, end_s, compute_s: end_s - start_s, wait_s, transfer_s };
     driver.answer(Event::Computed(answer, times));
-}
-
-/// Hash of all that the plugin would save.
-fn hash(plugin: &dyn Plugin) -> u128 {
-    let mut hasher = StateHasher::default();
-    plugin.save(&mut hasher);
-    hasher.finish()
 }
 
 /// Runs plugin code. After a panic the plugin is not used again, so a state it left half-made does no harm.

@@ -142,7 +142,7 @@ impl Driver {
             let Some(action) = self.work.pop_front() else { return Ok(()) };
             let Some(action) = self.send(action)? else { continue };
             match action {
-                Action::SetUp(scene) => compute::set_up(self, plugin, &scene),
+                Action::SetUp(scene, show) => compute::set_up(self, plugin, &scene, &show),
                 Action::Connect(partners) => compute::connect(self, plugin, &partners),
                 Action::Compute(job) => compute::advance(self, plugin, &job),
                 _ => {}

@@ -124,6 +124,54 @@ pub struct OutputSpec {
     pub trace: bool,
     /// Write one ledger row every this many windows (the last window is always written).
     pub ledger_every: u64,
+    /// Draw a picture of each frame, and an animation of them.
+    pub pictures: bool,
+    /// Write each frame as a splat file.
+    pub splats: bool,
+    /// Write a recording for the live viewer.
+    pub recording: bool,
+    /// Write a report to be read in a browser.
+    pub report: bool,
+    /// Where pictures are taken from; `None` lets the launcher look at all that moves.
+    pub camera: Option<CameraSpec>,
+}
+
+/// `[output.camera]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CameraSpec {
+    /// Where it stands \[m\].
+    pub eye_m: Vec3,
+    /// Where it looks \[m\].
+    pub target_m: Vec3,
+    /// Upwards in the picture.
+    pub up: Vec3,
+    /// Vertical field of view \[°\].
+    pub field_of_view_deg: f64,
+    /// Width and height of a picture \[px\].
+    pub size_px: [u32; 2],
+    /// What shows where nothing is, linear RGB in 0..=1.
+    pub background: [f64; 3],
+}
+
+impl OutputSpec {
+    /// Whether anything needs frames.
+    pub fn draws(&self) -> bool {
+        self.pictures || self.splats || self.recording
+    }
+}
+
+impl Default for OutputSpec {
+    fn default() -> Self {
+        Self {
+            trace: true,
+            ledger_every: 1,
+            pictures: false,
+            splats: false,
+            recording: false,
+            report: true,
+            camera: None,
+        }
+    }
 }
 
 /// `[run]`.

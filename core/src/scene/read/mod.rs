@@ -108,6 +108,7 @@ fn read_scene(root: &Fields<'_>) -> Option<Scene> {
     }
     let name = root.must("name", |at| at.name()).unwrap_or_default();
     let clock = settings::clock(root);
+    let output = settings::output(root, clock.as_ref());
     let duration_s = clock.as_ref().map_or(f64::NAN, |clock| clock.duration_s);
     let mut scene = Scene {
         title: root.opt("title", |at| at.text()).unwrap_or_else(|| name.clone()),
@@ -122,7 +123,7 @@ fn read_scene(root: &Fields<'_>) -> Option<Scene> {
         joints: root.tables("joint", link::joint),
         actions: root.tables("action", |fields| action::action(fields, duration_s)),
         probes: root.tables("probe", probe::probe),
-        output: settings::output(root),
+        output,
         run: settings::run(root),
     };
     scene.pairs = pair::pairs(root, &scene);

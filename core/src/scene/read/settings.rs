@@ -3,7 +3,7 @@
 use super::fields::Fields;
 use super::limits::{Limits, number};
 use super::value::At;
-use crate::scene::model::{Break, ClockSpec, MotionRule, OutputSpec, RunSpec, Scheme, Space};
+use crate::scene::model::{Break, CameraSpec, ClockSpec, MotionRule, OutputSpec, RunSpec, Scheme, Space};
 
 const TIME: Limits = Limits::positive("s");
 /// Windows of the longest run; more of them never end.
@@ -95,12 +95,43 @@ pub(super) fn space(root: &Fields<'_>) -> Space {
 }
 
 /// `[output]`.
-pub(super) fn output(root: &Fields<'_>) -> OutputSpec {
-    let read = |fields: &Fields<'_>| OutputSpec {
-        trace: fields.or("trace", true, |at| at.flag()),
-        ledger_every: fields.or("ledger_every", 1, |at| at.count(1..=1_000_000_000)),
+pub(super) fn output(root: &Fields<'_>, clock: Option<&ClockSpec>) -> OutputSpec {
+    // Frames are what a frame rate is for: where there is one, all that is made from them is the default.
+    let has_frames = clock.is_some_and(|c| c.frames_per_second.is_some());
+    let framed = |fields: &Fields<'_>, key: &'static str| {
+        fields.or(key, has_frames, |at| {
+            let wanted = at.flag();
+            if wanted && !has_frames {
+                let help = "add `fps` to `[clock]`, for example `fps = 24`".to_owned();
+                at.error(format!("`{key}` needs frames, and the scene has no frame rate"), Some(help));
+            }
+            wanted && has_frames
+        })
     };
-    root.opt("output", |at| at.table(read)).flatten().unwrap_or(OutputSpec { trace: true, ledger_every: 1 })
+    let plain = OutputSpec { pictures: has_frames, splats: has_frames, recording: has_frames, ..OutputSpec::default() };
+    let read = |fields: &Fields<'_>| OutputSpec {
+        trace: fields.or("trace", plain.trace, |at| at.flag()),
+        ledger_every: fields.or("ledger_every", plain.ledger_every, |at| at.count(1..=1_000_000_000)),
+        pictures: framed(fields, "pictures"),
+        splats: framed(fields, "splats"),
+        recording: framed(fields, "recording"),
+        report: fields.or("report", plain.report, |at| at.flag()),
+        camera: fields.opt("camera", |at| at.table(camera)).flatten(),
+    };
+    root.opt("output", |at| at.table(read)).flatten().unwrap_or_else(|| plain.clone())
+}
+
+/// `[output.camera]`.
+fn camera(fields: &Fields<'_>) -> CameraSpec {
+    let unit = Limits::between(0.0, 1.0, "");
+    CameraSpec {
+        eye_m: fields.vec3("eye", Limits::any("m")),
+        target_m: fields.vec3("target", Limits::any("m")),
+        up: fields.or("up", [0.0, 0.0, 1.0], |at| at.numbers(Limits::any(""))),
+        field_of_view_deg: fields.num_or("field_of_view", 40.0, Limits::between(1.0, 170.0, "°")),
+        size_px: fields.or("size", [960, 540], |at| at.numbers(Limits::between(16.0, 8192.0, "px")).map(|n| n as u32)),
+        background: fields.or("background", [1.0; 3], |at| at.numbers(unit)),
+    }
 }
 
 /// `[run]`.

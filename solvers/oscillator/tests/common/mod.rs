@@ -32,7 +32,7 @@ pub(crate) fn scene(duration_s: f64, window_s: f64, scheme: Scheme, rule: Motion
         joints: Vec::new(),
         actions: Vec::new(),
         probes: Vec::new(),
-        output: OutputSpec { trace: false, ledger_every: 1 },
+        output: OutputSpec::default(),
         run: RunSpec { threads: None, join_limit_s: 30.0, silence_limit_s: 10.0, break_with: None },
     }
 }

@@ -1,0 +1,113 @@
+//! Frames of a run: drawn, written and recorded beside the solvers, from what they show.
+//!
+//! The recorder is a participant like any other, inside this program. It hands each frame to a worker of its own and
+//! says at once that its window is done; when two frames are waiting it waits, and with it the clock.
+
+mod body;
+mod files;
+mod worker;
+
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use cosplat_core::plan::RECORDER;
+use cosplat_core::plugin::{
+    Descriptor, Inputs, Outputs, Plugin, PluginError, Pulse, Report, Setup, Signal, SolverScene, StateSink, Step,
+};
+use cosplat_core::visual::VisualFrame;
+
+pub(crate) use body::Drawn;
+pub(crate) use files::{Frames, Wanted};
+use worker::Worker;
+
+/// Frames that may wait for the worker.
+const IN_FLIGHT: usize = 2;
+/// Between two looks whether the worker has room.
+const LOOK: Duration = Duration::from_millis(2);
+
+/// The participant that takes frames.
+pub(crate) struct FrameRecorder {
+    post: Option<SyncSender<VisualFrame>>,
+    /// Why the worker stopped, if it did before its time.
+    broken: Receiver<String>,
+    worker: Option<JoinHandle<Result<Frames, String>>>,
+}
+
+impl FrameRecorder {
+    /// Starts a worker that makes what is wanted of each frame.
+    ///
+    /// # Errors
+    /// In words, when a folder or file cannot be made, or no thread.
+    pub(crate) fn start(wanted: Wanted) -> Result<Self, String> {
+        let (post, frames) = sync_channel(IN_FLIGHT);
+        let (say, broken) = sync_channel(1);
+        let worker = Worker::new(wanted)?;
+        let work = move || {
+            let done = worker.work(&frames);
+            if let Err(why) = &done {
+                // Nobody listens where the run has ended already; the result says it again.
+                let _ = say.try_send(why.clone());
+            }
+            done
+        };
+        let worker = thread::Builder::new().name("frames".into()).spawn(work).map_err(|e| e.to_string())?;
+        Ok(Self { post: Some(post), broken, worker: Some(worker) })
+    }
+
+    /// Waits for the last frame.
+    ///
+    /// # Errors
+    /// In words, what could not be written.
+    pub(crate) fn finish(mut self) -> Result<Frames, String> {
+        drop(self.post.take());
+        let Some(worker) = self.worker.take() else { return Ok(Frames::default()) };
+        worker.join().unwrap_or_else(|_| Err("the thread that draws frames panicked".to_owned()))
+    }
+
+    fn failure(&self) -> PluginError {
+        PluginError::Environment(self.broken.try_recv().unwrap_or_else(|_| "frames are no longer drawn".to_owned()))
+    }
+}
+
+impl Plugin for FrameRecorder {
+    fn describe(&self) -> Descriptor {
+        Descriptor::new(RECORDER, env!("CARGO_PKG_VERSION"), "draws and writes the frames of a run")
+    }
+
+    fn setup(&mut self, _scene: &SolverScene) -> Result<Setup, PluginError> {
+        Ok(Setup {
+            boundaries: Vec::new(),
+            report: Report::default(),
+            stable_dt: None,
+            particles: Vec::new(),
+            left_out: Vec::new(),
+        })
+    }
+
+    fn record(&mut self, frame: &VisualFrame, pulse: &mut dyn Pulse) -> Result<(), PluginError> {
+        let Some(post) = &self.post else { return Err(self.failure()) };
+        let mut frame = frame.clone();
+        loop {
+            match post.try_send(frame) {
+                Ok(()) => return Ok(()),
+                Err(TrySendError::Disconnected(_)) => return Err(self.failure()),
+                Err(TrySendError::Full(same)) => frame = same,
+            }
+            if pulse.beat(0, 1) == Signal::Abort {
+                return Err(PluginError::Aborted);
+            }
+            thread::sleep(LOOK);
+        }
+    }
+
+    fn advance(&mut self, _step: &Step, _inputs: &Inputs, _pulse: &mut dyn Pulse) -> Result<Outputs, PluginError> {
+        Ok(Outputs { boundaries: Vec::new(), impulses: Vec::new(), report: Report::default() })
+    }
+
+    fn save(&self, _sink: &mut dyn StateSink) {}
+
+    fn restore(&mut self, _state: &[u8]) -> Result<(), PluginError> {
+        Ok(())
+    }
+}
