@@ -4,6 +4,8 @@ mod cli;
 mod command;
 mod exit;
 mod folder;
+mod frames;
+mod geometry;
 mod hint;
 mod plugins;
 mod prepare;

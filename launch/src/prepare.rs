@@ -5,13 +5,14 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::thread::available_parallelism;
 
-use cosplat_core::plan::{BoundaryForm, Plan, build, plugin_of};
+use cosplat_core::plan::{BoundaryForm, Plan, Refusal, build, plugin_of};
 use cosplat_core::plugin::{Descriptor, SolverScene};
 use cosplat_core::scene::{Scene, SolverSpec};
 
 use crate::cli::SceneArgs;
 use crate::exit::{Code, Error, Problem};
 use crate::folder::record::PluginRecord;
+use crate::geometry::Geometry;
 use crate::hint::{list, near_miss};
 use crate::plugins::describe::describe;
 use crate::plugins::discover::{Candidate, Places};
@@ -33,6 +34,8 @@ pub(crate) struct Prepared {
     pub(crate) plan: Plan,
     /// Each participant's part of the scene, in plan order.
     pub(crate) scenes: Vec<SolverScene>,
+    /// What was made of its files and shapes.
+    pub(crate) geometry: Geometry,
 }
 
 impl Prepared {
@@ -81,11 +84,15 @@ pub(crate) async fn prepare(wanted: &str, changes: &SceneArgs, paint: Paint) -> 
     let folder = std::path::absolute(&folder).unwrap_or(folder);
     let plugins = find_plugins(&scene, &folder).await?;
     let cores = available_parallelism().map_or(1, usize::from);
-    let (plan, scenes) = build(&scene, &descriptors(&plugins)?, cores).map_err(|refusals| {
+    let refused = |refusals: Vec<Refusal>| {
         let problem = |refusal| scene_place::problem_of(paint, &source, refusal);
         Error { code: Code::Scene, problems: refusals.iter().map(problem).collect() }
-    })?;
-    Ok(Prepared { source, scene, warnings, plugins, plan, scenes })
+    };
+    let (plan, mut scenes) = build(&scene, &descriptors(&plugins)?, cores).map_err(refused)?;
+    let visual = |process: &str| plugins.get(process).and_then(|(_, descriptor)| descriptor.visual);
+    let geometry = Geometry::load(&scene, &source, visual).map_err(refused)?;
+    geometry.hand_out(&mut scenes);
+    Ok(Prepared { source, scene, warnings, plugins, plan, scenes, geometry })
 }
 
 /// What each process runs, by its name.

@@ -15,9 +15,10 @@ use crate::render::{Paint, problem_of};
 pub(crate) const DEFAULT: &str = "oscillator";
 
 /// Scenes inside this program, by name.
-const BUILT_IN: [(&str, &str); 3] = [
+const BUILT_IN: [(&str, &str); 4] = [
     ("ball-on-block", include_str!("../scenes/ball-on-block.toml")),
     ("oscillator", include_str!("../scenes/oscillator.toml")),
+    ("plant-and-rock", include_str!("../scenes/plant-and-rock.toml")),
     ("two-tops", include_str!("../scenes/two-tops.toml")),
 ];
 

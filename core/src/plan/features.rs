@@ -141,7 +141,8 @@ pub(super) fn unmet_statics(
     participants: &[Participant],
     descriptors: &BTreeMap<String, Descriptor>,
 ) -> Vec<LeftOut> {
-    let blind = participants.iter().filter(|p| !meets_statics(p, descriptors));
+    // Who owns no body has nothing that could meet one.
+    let blind = participants.iter().filter(|p| !p.bodies.is_empty() && !meets_statics(p, descriptors));
     let unmet = blind.flat_map(|p| scene.statics.iter().map(move |s| (p, s)));
     unmet
         .map(|(participant, wall)| LeftOut {

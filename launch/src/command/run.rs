@@ -1,6 +1,7 @@
 //! `cosplat run`: checks a scene, runs it, and leaves a run folder.
 
 use std::path::PathBuf;
+use std::sync::mpsc::{Sender, channel};
 use std::time::{Duration, Instant, SystemTime};
 
 use cosplat_bus::CoordinatorEvent;
@@ -10,11 +11,12 @@ use cosplat_core::scene::Scene;
 
 use super::failure;
 use crate::cli::{Format, RunArgs};
-use crate::exit::{Code, Error};
+use crate::exit::{Code, Error, Problem};
 use crate::folder::record::{self, Facts};
 use crate::folder::recorder::Recorder;
 use crate::folder::summary::{Status, Summary};
 use crate::folder::{RUN, RunFolder, SUMMARY};
+use crate::frames::{FrameRecorder, Row, Wanted};
 use crate::hint::count;
 use crate::prepare::{Prepared, prepare};
 use crate::progress::Progress;
@@ -41,12 +43,14 @@ pub(crate) async fn run(args: &RunArgs, signals: &mut Signals) -> Result<Code, E
     let path = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(&prepared.scene.name));
     let folder = RunFolder::claim(&path)?;
     let mut conduct = Conduct::begin(args, &prepared, &folder)?;
+    let recorder = conduct.recorder_of_frames()?;
     let job = Job {
         plan: &prepared.plan,
         scenes: prepared.scenes.clone(),
         commands: prepared.commands(),
         limits: limits(&prepared.scene),
         folder: &folder,
+        recorder,
     };
     let ended = supervise::run(job, signals, &mut |news| conduct.hear(news, &mut progress)).await;
     progress.finish();
@@ -102,6 +106,9 @@ fn introduce(prepared: &Prepared, progress: &Progress, is_quiet: bool) {
         plan.window_bound_by
     );
     progress.say("plan", &text);
+    for (body, words) in &prepared.geometry.notes {
+        progress.say("body", &format!("{body}: {words}"));
+    }
     if plan.break_with.is_some() && !plan.interfaces.iter().any(Interface::carries_impulses) {
         progress.warn("`run.break` does nothing here: no impulses cross between processes");
     }
@@ -114,6 +121,8 @@ struct Conduct<'a> {
     recorder: Recorder<'a>,
     facts: Facts<'a>,
     solvers: Vec<String>,
+    /// Where curves for a recording go, where there is one.
+    rows: Option<Sender<Row>>,
     started: Instant,
     /// Wall time from the start of the run to the last settled window \[s\].
     wall_s: f64,
@@ -131,9 +140,38 @@ impl<'a> Conduct<'a> {
         };
         let solvers = args.changes.solver.iter().map(|(key, plugin)| format!("{key}={plugin}")).collect();
         let recorder = Recorder::create(folder, &prepared.plan, &prepared.scene, prepared.forms())?;
-        let conduct = Self { prepared, folder, recorder, facts, solvers, started: Instant::now(), wall_s: 0.0 };
+        let (started, wall_s) = (Instant::now(), 0.0);
+        let conduct = Self { prepared, folder, recorder, facts, solvers, rows: None, started, wall_s };
         conduct.write_record()?;
         Ok(conduct)
+    }
+
+    /// What takes the frames, where the plan has any.
+    fn recorder_of_frames(&mut self) -> Result<Option<FrameRecorder>, Error> {
+        let Prepared { scene, plan, geometry, .. } = self.prepared;
+        let (Some(recorder), Some(frames_per_second), Some(camera)) =
+            (plan.recorder, scene.clock.frames_per_second, geometry.camera)
+        else {
+            return Ok(None);
+        };
+        let (post, rows) = channel();
+        self.rows = Some(post);
+        let wanted = Wanted {
+            folder: self.folder.path().to_owned(),
+            scene: scene.name.clone(),
+            run: format!("{}-{}", scene.name, record::utc(self.facts.started)),
+            output: scene.output.clone(),
+            frames_per_second,
+            windows_per_frame: recorder.windows_per_frame,
+            camera,
+            drawn: geometry.drawn.clone(),
+            rows,
+        };
+        let refused = |why: String| {
+            let problem = Problem::new("Cannot begin to write frames").because(why);
+            Error::new(Code::Environment, problem.hint("choose a folder that you may write to with `--out DIR`"))
+        };
+        FrameRecorder::start(wanted).map(Some).map_err(refused)
     }
 
     /// Writes the record with what is known by now about what was left out.
@@ -163,6 +201,10 @@ impl<'a> Conduct<'a> {
                 }
                 CoordinatorEvent::Settled(record, done) => {
                     self.recorder.settled(&record, &done)?;
+                    if let Some(rows) = &self.rows {
+                        // Where the recorder has failed, the run is about to say so.
+                        let _ = rows.send(Row::new(&self.prepared.plan, &record, &done));
+                    }
                     self.wall_s = self.started.elapsed().as_secs_f64();
                     progress.settled(record.window + 1, record.end_s);
                 }
@@ -180,7 +222,8 @@ impl<'a> Conduct<'a> {
         let ended = ended.and_then(|ended| finished.map(|()| ended));
         let (outcome, usage, error) = match ended {
             Err(error) => (None, Vec::new(), Some(error)),
-            Ok(Ended { outcome, usage, last_words }) => {
+            Ok(Ended { outcome, usage, last_words, frames }) => {
+                self.recorder.frames = frames;
                 let error = match &outcome {
                     Some(Outcome::Failed(f)) => {
                         Some(failure::explain(f, &self.prepared.plan, self.folder, &last_words))
@@ -211,6 +254,8 @@ impl<'a> Conduct<'a> {
         let left_out = self.recorder.left_out();
         let files = self.recorder.files();
         let tally = self.recorder.tally;
+        let mut bodies = tally.bodies;
+        bodies.iter_mut().for_each(|b| b.gaussians = self.prepared.geometry.gaussians(&b.name));
         let mut processes = tally.processes;
         for (process, usage) in processes.iter_mut().zip(usage) {
             process.cpu_s = usage.cpu_s;
@@ -234,7 +279,7 @@ impl<'a> Conduct<'a> {
             state_hash: tally.state_hash.map(|h| format!("{h:032x}")),
             verdicts: Vec::new(),
             processes,
-            bodies: tally.bodies,
+            bodies,
             interfaces: tally.interfaces,
             energy: tally.energy,
             counters: tally.counters,

@@ -21,6 +21,7 @@ use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
 
 use crate::exit::{Code, Error, Problem};
+use crate::frames::{PICTURES, PREVIEW, RECORDING, SPLATS};
 
 /// The scene as run, versions, plan. Its presence says that a folder was made by this program.
 pub(crate) const RUN: &str = "run.toml";
@@ -32,6 +33,8 @@ pub(crate) const PROBES: &str = "probes.csv";
 pub(crate) const TRACE: &str = "trace.json";
 /// Outcome and budgets.
 pub(crate) const SUMMARY: &str = "summary.json";
+/// Pictures, curves and verdicts for people.
+pub(crate) const REPORT: &str = "report.html";
 /// What each process wrote to standard error.
 pub(crate) const LOGS: &str = "logs";
 
@@ -138,7 +141,10 @@ fn remove_old(path: &Path) -> io::Result<()> {
             absent_is_fine(fs::remove_file(entry.path()))?;
         }
     }
-    for name in [SUMMARY, LEDGER, PROBES, TRACE, RUN] {
+    for folder in [PICTURES, SPLATS] {
+        absent_is_fine(fs::remove_dir_all(path.join(folder)))?;
+    }
+    for name in [SUMMARY, REPORT, PREVIEW, RECORDING, LEDGER, PROBES, TRACE, RUN] {
         absent_is_fine(fs::remove_file(path.join(name)))?;
     }
     Ok(())

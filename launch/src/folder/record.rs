@@ -129,7 +129,7 @@ pub(crate) fn text(
 const DAY_S: u64 = 86_400;
 
 /// A moment as `2026-01-31T12:00:00Z`.
-fn utc(moment: SystemTime) -> String {
+pub(crate) fn utc(moment: SystemTime) -> String {
     let since = moment.duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
     let (days, second) = (since / DAY_S, since % DAY_S);
     // Days to a date in the proleptic Gregorian calendar, with years that begin in March.

@@ -15,6 +15,7 @@ use super::tally::Tally;
 use super::trace::Trace;
 use super::{LEDGER, PROBES, RUN, RunFolder, SUMMARY, TRACE};
 use crate::exit::Error;
+use crate::frames::{Frames, PICTURES, PREVIEW, RECORDING, SPLATS};
 
 /// Every file that grows with the run, and the sums for its summary.
 #[derive(Debug)]
@@ -28,6 +29,8 @@ pub(crate) struct Recorder<'a> {
     ready: Vec<Option<ReadyInfo>>,
     /// Sums for the summary.
     pub(crate) tally: Tally,
+    /// What was made of frames, once it is known.
+    pub(crate) frames: Option<Frames>,
 }
 
 impl<'a> Recorder<'a> {
@@ -53,6 +56,7 @@ impl<'a> Recorder<'a> {
             trace: named(trace, &folder.file(TRACE))?,
             ready: vec![None; plan.participants.len()],
             tally: Tally::new(plan, forms),
+            frames: None,
         })
     }
 
@@ -132,10 +136,27 @@ impl<'a> Recorder<'a> {
         if self.trace.is_some() {
             files.insert("trace".into(), TRACE.into());
         }
+        let frames = self.frames.iter();
+        for (part, name) in frames.flat_map(|frames| self.frame_files(frames)) {
+            files.insert(part.into(), name.into());
+        }
         for participant in self.plan.solvers() {
             files.insert(format!("log.{}", participant.name), RunFolder::log_name(&participant.name));
         }
         files
+    }
+}
+
+impl Recorder<'_> {
+    fn frame_files(&self, frames: &Frames) -> Vec<(&'static str, &'static str)> {
+        let output = &self.scene.output;
+        let all = [
+            (!frames.pictures.is_empty(), "pictures", PICTURES),
+            (!frames.pictures.is_empty(), "preview", PREVIEW),
+            (!frames.splats.is_empty(), "splats", SPLATS),
+            (output.recording, "recording", RECORDING),
+        ];
+        all.into_iter().filter(|(is_there, ..)| *is_there).map(|(_, part, name)| (part, name)).collect()
     }
 }
 

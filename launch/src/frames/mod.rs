@@ -5,6 +5,7 @@
 
 mod body;
 mod files;
+mod rows;
 mod worker;
 
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
@@ -17,8 +18,9 @@ use cosplat_core::plugin::{
 };
 use cosplat_core::visual::VisualFrame;
 
-pub(crate) use body::Drawn;
-pub(crate) use files::{Frames, Wanted};
+pub(crate) use body::{Drawn, Look};
+pub(crate) use files::{Frames, PICTURES, PREVIEW, RECORDING, SPLATS, Wanted};
+pub(crate) use rows::Row;
 use worker::Worker;
 
 /// Frames that may wait for the worker.

@@ -7,6 +7,7 @@ use crate::scene::model::*;
 
 mod arbitrary;
 mod complete;
+mod output;
 
 /// Two masses, three springs, cut at the middle one.
 pub(super) const OSCILLATOR: &str = r#"

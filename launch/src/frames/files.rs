@@ -1,0 +1,69 @@
+//! What is made of frames, and where.
+
+use std::path::PathBuf;
+
+use cosplat_core::scene::OutputSpec;
+use cosplat_viewer::Camera;
+
+use super::Drawn;
+use super::rows::Row;
+
+/// Folder of the pictures, below the run folder.
+pub(crate) const PICTURES: &str = "frames";
+/// Folder of the splat files.
+pub(crate) const SPLATS: &str = "splats";
+/// The animation.
+pub(crate) const PREVIEW: &str = "preview.png";
+/// The recording.
+pub(crate) const RECORDING: &str = "run.rrd";
+
+/// What is to be made.
+pub(crate) struct Wanted {
+    /// The run folder.
+    pub(crate) folder: PathBuf,
+    /// Name of the scene.
+    pub(crate) scene: String,
+    /// Identity of this run, for the recording.
+    pub(crate) run: String,
+    /// What the scene asks for.
+    pub(crate) output: OutputSpec,
+    /// Frames per simulated second.
+    pub(crate) frames_per_second: f64,
+    /// Windows from one frame to the next.
+    pub(crate) windows_per_frame: u64,
+    /// Where pictures are taken from, in the world.
+    pub(crate) camera: Camera,
+    /// All that is drawn.
+    pub(crate) drawn: Vec<Drawn>,
+    /// Curves and impulses, as windows are settled.
+    pub(crate) rows: std::sync::mpsc::Receiver<Row>,
+}
+
+/// What was made.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Frames {
+    /// Frames taken.
+    pub(crate) taken: u64,
+    /// Pictures, below the run folder, in order.
+    pub(crate) pictures: Vec<String>,
+    /// Splat files, below the run folder, in order.
+    pub(crate) splats: Vec<String>,
+    /// Wall time of moving Gaussians \[s\].
+    pub(crate) skin_s: f64,
+    /// Wall time of drawing and writing pictures \[s\].
+    pub(crate) draw_s: f64,
+    /// Wall time of writing splat files \[s\].
+    pub(crate) write_s: f64,
+    /// Wall time of recording \[s\].
+    pub(crate) record_s: f64,
+}
+
+/// Name of a picture, below the run folder.
+pub(super) fn picture(number: u64) -> String {
+    format!("{PICTURES}/frame_{number:04}.png")
+}
+
+/// Name of a splat file, below the run folder.
+pub(super) fn splats(number: u64) -> String {
+    format!("{SPLATS}/frame_{number:04}.ply")
+}

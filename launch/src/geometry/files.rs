@@ -1,0 +1,34 @@
+//! Files that a scene names: beside its own file, or inside this program for built-in scenes.
+
+use std::borrow::Cow;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::scene_source::Source;
+
+/// Assets inside this program, by the name that built-in scenes use.
+const BUILT_IN: [(&str, &[u8]); 2] = [
+    ("assets/plant.v4.spz", include_bytes!("../../scenes/assets/plant.v4.spz")),
+    ("assets/chrono_rock1.obj", include_bytes!("../../scenes/assets/chrono_rock1.obj")),
+];
+
+/// Largest file that is read: larger captures do not fit into memory with what is made of them.
+const LARGEST_BYTES: u64 = 4 << 30;
+
+/// Content of a file that a scene names, and where it was found.
+pub(super) fn read(scene: &Source, name: &str) -> Result<(Cow<'static, [u8]>, PathBuf), String> {
+    let Some(file) = &scene.file else {
+        let found = BUILT_IN.iter().find(|(known, _)| *known == name);
+        let (_, bytes) = found.ok_or_else(|| format!("there is no `{name}` inside this program; write the scene to a file to use files of your own"))?;
+        return Ok((Cow::Borrowed(*bytes), PathBuf::from(name)));
+    };
+    let path = file.parent().unwrap_or(Path::new("")).join(name);
+    let shown = path.display();
+    let about = fs::metadata(&path).map_err(|e| format!("cannot read `{shown}`: {e}; paths are relative to the scene's file"))?;
+    if !about.is_file() || about.len() > LARGEST_BYTES {
+        let bytes = about.len();
+        return Err(format!("cannot read `{shown}`: it is no file of at most {LARGEST_BYTES} bytes, but has {bytes}"));
+    }
+    let bytes = fs::read(&path).map_err(|e| format!("cannot read `{shown}`: {e}"))?;
+    Ok((Cow::Owned(bytes), path))
+}

@@ -1,0 +1,143 @@
+//! Geometry of a scene: read from files, brought to metres, filled, sampled and bound, before any process starts.
+//!
+//! Solvers get particles and meshes over the bus; what is only drawn stays here.
+
+mod camera;
+mod capture;
+mod files;
+mod primitive;
+mod shape;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use cosplat_core::asset::Asset;
+use cosplat_core::plan::Refusal;
+use cosplat_core::plugin::SolverScene;
+use cosplat_core::scene::{Body, Pose, Scene, Source, StaticCollider};
+use cosplat_core::visual::VisualForm;
+use cosplat_splat::bind::Frame;
+use cosplat_viewer::Camera;
+
+use crate::frames::{Drawn, Look};
+use crate::scene_source;
+
+/// Colour of what the scene gives none, linear RGB: that of dry earth.
+const PLAIN: [f64; 3] = [0.32, 0.27, 0.22];
+
+/// Everything that was made of a scene's sources.
+#[derive(Debug, Default)]
+pub(crate) struct Geometry {
+    /// By the name of their body or static collider.
+    assets: BTreeMap<String, Arc<Asset>>,
+    /// What is drawn, in the order of the scene.
+    pub(crate) drawn: Vec<Drawn>,
+    /// Where pictures are taken from, where there are any.
+    pub(crate) camera: Option<Camera>,
+    /// What people should know about how it was made: body, words.
+    pub(crate) notes: Vec<(String, String)>,
+}
+
+/// What came of one source.
+struct Made {
+    asset: Option<Asset>,
+    look: Option<Look>,
+    notes: Vec<String>,
+}
+
+/// Where sources are, and what is wanted of them.
+struct Maker<'a> {
+    source: &'a scene_source::Source,
+    draws: bool,
+}
+
+impl Geometry {
+    /// Makes the geometry of all bodies and static colliders. `visual` tells how the plugin of a solver shows its
+    /// bodies, if it does.
+    ///
+    /// # Errors
+    /// Every source that cannot be used, by name.
+    pub(crate) fn load(
+        scene: &Scene,
+        source: &scene_source::Source,
+        visual: impl Fn(&str) -> Option<VisualForm>,
+    ) -> Result<Self, Vec<Refusal>> {
+        let maker = Maker { source, draws: scene.output.draws() };
+        let (mut geometry, mut refused) = (Self::default(), Vec::new());
+        for body in &scene.bodies {
+            let made = maker.body(body, visual(&body.solver));
+            geometry.take(&body.name, &body.pose, made, &mut refused, "body");
+        }
+        for wall in &scene.statics {
+            let made = maker.wall(wall);
+            geometry.take(&wall.name, &wall.pose, made, &mut refused, "static");
+        }
+        if scene.output.draws() {
+            let camera = camera::camera(scene, &geometry.drawn);
+            match camera.view() {
+                Ok(_) => geometry.camera = Some(camera),
+                Err(e) => refused.push(Refusal { what: "output".to_owned(), why: format!("its camera: {e}") }),
+            }
+        }
+        if refused.is_empty() { Ok(geometry) } else { Err(refused) }
+    }
+
+    fn take(&mut self, name: &str, pose: &Pose, made: Result<Made, String>, refused: &mut Vec<Refusal>, kind: &str) {
+        let what = format!("{kind} `{name}`");
+        let made = match made {
+            Ok(made) => made,
+            Err(why) => return refused.push(Refusal { what, why }),
+        };
+        if let Some(asset) = made.asset {
+            self.assets.insert(name.to_owned(), Arc::new(asset));
+        }
+        self.notes.extend(made.notes.into_iter().map(|words| (name.to_owned(), words)));
+        let Some(look) = made.look else { return };
+        match Frame::of_pose(pose.position_m, pose.orientation) {
+            Ok(pose) => self.drawn.push(Drawn { name: name.to_owned(), pose, look }),
+            Err(e) => refused.push(Refusal { what, why: e.to_string() }),
+        }
+    }
+
+    /// Gives each solver what belongs to its bodies, its static colliders and its rigid partners.
+    pub(crate) fn hand_out(&self, scenes: &mut [SolverScene]) {
+        for scene in scenes {
+            let own = scene.bodies.iter().map(|b| &b.name);
+            let walls = scene.statics.iter().map(|s| &s.name);
+            let partners = scene.interfaces.iter().filter(|i| i.partner_source.is_some()).map(|i| &i.partner);
+            let wanted: Vec<&String> = own.chain(walls).chain(partners).collect();
+            let found = wanted.into_iter().filter_map(|n| Some((n.clone(), Arc::clone(self.assets.get(n)?))));
+            scene.assets = found.collect();
+        }
+    }
+
+    /// Gaussians that are drawn of a body.
+    pub(crate) fn gaussians(&self, body: &str) -> u64 {
+        self.drawn.iter().find(|d| d.name == body).map_or(0, Drawn::gaussians)
+    }
+}
+
+impl Maker<'_> {
+    fn body(&self, body: &Body, visual: Option<VisualForm>) -> Result<Made, String> {
+        let colour = body.color.unwrap_or(PLAIN);
+        let is_rigid = visual == Some(VisualForm::Pose);
+        match &body.source {
+            Source::Splat { .. } => self.capture(body),
+            Source::Mesh { .. } if is_rigid => self.rigid_mesh(&body.source, body.spacing_m, colour),
+            Source::Mesh { .. } => self.filled_mesh(body, colour),
+            _ if !self.draws || visual.is_none() => Ok(Made { asset: None, look: None, notes: Vec::new() }),
+            source if is_rigid => Ok(Made { asset: None, look: shape::look(source, body.spacing_m, colour)?, notes: Vec::new() }),
+            _ => Ok(Made { asset: None, look: Some(Look::Dots(shape::spacing(body), colour)), notes: Vec::new() }),
+        }
+    }
+
+    /// Walls are drawn where the scene gives them a colour.
+    fn wall(&self, wall: &StaticCollider) -> Result<Made, String> {
+        let mut made = match &wall.source {
+            Source::Mesh { .. } => self.rigid_mesh(&wall.source, None, wall.color.unwrap_or(PLAIN))?,
+            source => Made { asset: None, look: shape::look(source, None, wall.color.unwrap_or(PLAIN))?, notes: Vec::new() },
+        };
+        made.look = made.look.filter(|_| self.draws && wall.color.is_some());
+        Ok(made)
+    }
+}

@@ -1,0 +1,67 @@
+//! Meshes and primitives: what a solver is given of them and what is seen.
+
+use cosplat_core::asset::{Asset, TriangleMesh};
+use cosplat_core::scene::{Body, Source};
+use cosplat_mesh::{Prepared, Recipe, fill, surface_samples};
+use cosplat_splat::surfel::grained;
+
+use super::capture::axis;
+use super::{Made, Maker, files, primitive};
+use crate::frames::Look;
+
+/// Samples of a surface that is drawn, about: enough for a smooth outline, few enough to be redrawn at every frame.
+const SAMPLES: f64 = 6000.0;
+/// By what part samples of a plain surface differ in brightness, so that it is seen to turn.
+const GRAIN: f64 = 0.35;
+/// Spacing of particles whose solver chooses it \[m\].
+const DOTS_M: f64 = 0.02;
+
+impl Maker<'_> {
+    /// A mesh that keeps its shape.
+    pub(super) fn rigid_mesh(&self, source: &Source, spacing: Option<f64>, colour: [f64; 3]) -> Result<Made, String> {
+        let prepared = self.mesh(source)?;
+        let look = if self.draws { Some(surface(&prepared.mesh, spacing, colour)?) } else { None };
+        Ok(Made { asset: Some(Asset::Mesh(prepared.mesh)), look, notes: vec![prepared.report.to_string()] })
+    }
+
+    /// A mesh full of particles.
+    pub(super) fn filled_mesh(&self, body: &Body, colour: [f64; 3]) -> Result<Made, String> {
+        let prepared = self.mesh(&body.source)?;
+        let size = [0, 1, 2].map(|k| prepared.report.box_m[1][k] - prepared.report.box_m[0][k]);
+        let spacing = body.spacing_m.unwrap_or(size.into_iter().fold(0.0, f64::max) / 40.0);
+        let cloud = fill(&prepared.mesh, spacing).map_err(|e| e.to_string())?;
+        let notes = vec![prepared.report.to_string(), format!("{} particles", cloud.position_m.len())];
+        let look = self.draws.then_some(Look::Dots(spacing, colour));
+        Ok(Made { asset: Some(Asset::Particles(cloud)), look, notes })
+    }
+
+    fn mesh(&self, source: &Source) -> Result<Prepared, String> {
+        let Source::Mesh { file, metres_per_unit, up } = source else {
+            return Err("its source is no mesh".to_owned());
+        };
+        let (bytes, path) = files::read(self.source, file)?;
+        let recipe = Recipe { metres_per_unit: *metres_per_unit, up: axis(up) };
+        Prepared::from_obj(&bytes, &recipe).map_err(|e| e.in_file(path.display().to_string()).to_string())
+    }
+}
+
+/// What is seen of a primitive.
+pub(super) fn look(source: &Source, spacing: Option<f64>, colour: [f64; 3]) -> Result<Option<Look>, String> {
+    primitive::mesh(source).map(|mesh| surface(&mesh, spacing, colour)).transpose()
+}
+
+fn surface(mesh: &TriangleMesh, spacing: Option<f64>, colour: [f64; 3]) -> Result<Look, String> {
+    let of = |t: &[u32; 3]| {
+        let [a, b, c] = mesh.corners(*t);
+        (b - a).cross(&(c - a)).norm() / 2.0
+    };
+    let area: f64 = mesh.triangles.iter().map(of).sum();
+    let chosen = (area / SAMPLES).sqrt();
+    let samples = surface_samples(mesh, spacing.map_or(chosen, |s| s.min(chosen))).map_err(|e| e.to_string())?;
+    Ok(Look::Surface(grained(&samples.position_m, &samples.normal, &samples.area_m2, colour, GRAIN)))
+}
+
+/// Spacing of the particles of a body \[m\].
+pub(super) fn spacing(body: &Body) -> f64 {
+    body.spacing_m.unwrap_or(DOTS_M)
+}

@@ -1,0 +1,142 @@
+//! Tables of a summary.
+
+use maud::{Markup, html};
+
+use super::number::{count, maybe, quantity};
+use crate::folder::summary::Summary;
+
+/// A table; columns of class `n` hold numbers.
+pub(super) fn table(head: &[(&str, &str)], rows: Vec<Vec<Markup>>) -> Markup {
+    html! {
+        div.table {
+            table {
+                thead { tr { @for (title, class) in head { th class=(class) { (title) } } } }
+                tbody {
+                    @for row in rows {
+                        tr { @for (cell, (_, class)) in row.into_iter().zip(head) { td class=(class) { (cell) } } }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Energies of processes, links and the whole.
+pub(super) fn energy(summary: &Summary) -> Option<Markup> {
+    let head = [
+        ("Part", ""),
+        ("At t = 0 [J]", "n"),
+        ("Final [J]", "n"),
+        ("Smallest [J]", "n"),
+        ("Largest [J]", "n"),
+        ("Dissipated [J]", "n"),
+    ];
+    let rows: Vec<_> = summary
+        .energy
+        .iter()
+        .map(|e| {
+            let values = [e.final_j, e.min_j, e.max_j, e.dissipated_j];
+            let first = [html! { code { (e.name) } }, html! { (maybe(e.initial_j)) }];
+            first.into_iter().chain(values.map(|v| html! { (quantity(v)) })).collect()
+        })
+        .collect();
+    let text = "Kinetic and potential, and what links between processes store. Dissipated is what friction, damping and \
+                plasticity took since t = 0.";
+    (!rows.is_empty()).then(|| html! { p { (text) } (table(&head, rows)) })
+}
+
+/// What moved.
+pub(super) fn bodies(summary: &Summary) -> Option<Markup> {
+    let head = [
+        ("Body", ""),
+        ("Process", ""),
+        ("Mass [kg]", "n"),
+        ("Particles", "n"),
+        ("Gaussians", "n"),
+        ("Largest displacement [m]", "n"),
+    ];
+    let rows: Vec<_> = summary
+        .bodies
+        .iter()
+        .map(|b| {
+            vec![
+                html! { code { (b.name) } },
+                html! { code { (b.solver) } },
+                html! { (quantity(b.mass_kg)) },
+                html! { (count(b.particles)) },
+                html! { (count(b.gaussians)) },
+                html! { (quantity(b.max_displacement_m)) },
+            ]
+        })
+        .collect();
+    (!rows.is_empty()).then(|| table(&head, rows))
+}
+
+/// What crossed.
+pub(super) fn interfaces(summary: &Summary) -> Option<Markup> {
+    let head = [
+        ("Interface", ""),
+        ("Kind", ""),
+        ("Resolver", ""),
+        ("Given x, y, z [N s]", "n"),
+        ("Gross impulse [N s]", "n"),
+        ("Transfer defect [N s]", "n"),
+        ("Closure [1]", "n"),
+        ("Work defect [J]", "n"),
+        ("Residual", "n"),
+    ];
+    let rows: Vec<_> = summary
+        .interfaces
+        .iter()
+        .map(|i| {
+            let values = [i.gross_impulse, i.transfer_defect, i.closure, i.work_defect, i.residual];
+            let given = i.impulse_given.map(quantity).join(", ");
+            let first = [
+                html! { code { (i.a) "~" (i.b) } },
+                html! { (i.kind) },
+                html! { @if let Some(resolver) = &i.resolver { code { (resolver) } } @else { "both" } },
+                html! { (given) },
+            ];
+            first.into_iter().chain(values.map(|v| html! { (quantity(v)) })).collect()
+        })
+        .collect();
+    let text = "Impulses are sums over the run. The work defect is energy that the exchange made (positive) or lost; the \
+                residual is the largest difference between a stand-in and the partner itself.";
+    (!rows.is_empty()).then(|| html! { p { (text) } (table(&head, rows)) })
+}
+
+/// What was not started, computed, sent or written.
+pub(super) fn left_out(summary: &Summary) -> Option<Markup> {
+    let head = [("What", ""), ("Why", ""), ("Indicator", "n"), ("Limit", "n"), ("Saved", "")];
+    let rows: Vec<_> = summary
+        .left_out
+        .iter()
+        .map(|l| {
+            vec![
+                html! { (l.what) },
+                html! { (l.why) },
+                html! { (maybe(l.indicator)) },
+                html! { (maybe(l.limit)) },
+                html! { (l.saved) },
+            ]
+        })
+        .collect();
+    (!rows.is_empty()).then(|| table(&head, rows))
+}
+
+/// Clamps, quarantines, overflows and the like.
+pub(super) fn counters(summary: &Summary) -> Option<Markup> {
+    let rows: Vec<_> = summary
+        .counters
+        .iter()
+        .flat_map(|(process, counters)| {
+            counters.iter().map(move |(name, n)| {
+                vec![html! { code { (process) } }, html! { (name) }, html! { (count(*n)) }]
+            })
+        })
+        .collect();
+    if rows.is_empty() {
+        return Some(html! { p { "Nothing was clamped, put aside or lost." } });
+    }
+    Some(table(&[("Process", ""), ("What", ""), ("Times", "n")], rows))
+}
