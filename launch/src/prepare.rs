@@ -12,11 +12,12 @@ use cosplat_core::scene::{Scene, SolverSpec};
 use crate::cli::SceneArgs;
 use crate::exit::{Code, Error, Problem};
 use crate::folder::record::PluginRecord;
-use crate::geometry::Geometry;
+use crate::geometry::{self, Geometry};
 use crate::hint::{list, near_miss};
 use crate::plugins::describe::describe;
 use crate::plugins::discover::{Candidate, Places};
 use crate::render::Paint;
+use crate::rigidify::{self, Decisions, Estimate, rigidify};
 use crate::scene_place;
 use crate::scene_source::{self, Source};
 
@@ -34,6 +35,8 @@ pub(crate) struct Prepared {
     pub(crate) plan: Plan,
     /// Each participant's part of the scene, in plan order.
     pub(crate) scenes: Vec<SolverScene>,
+    /// Bodies that stay deformable, and why.
+    pub(crate) kept: Vec<Estimate>,
     /// What was made of its files and shapes.
     pub(crate) geometry: Geometry,
 }
@@ -82,17 +85,20 @@ pub(crate) async fn prepare(wanted: &str, changes: &SceneArgs, paint: Paint) -> 
     }
     let folder = source.file.as_deref().and_then(Path::parent).unwrap_or(Path::new("")).to_owned();
     let folder = std::path::absolute(&folder).unwrap_or(folder);
+    let Decisions { left_out, mut kept } = rigidify(&mut scene, |body| geometry::extent(body, &source));
     let plugins = find_plugins(&scene, &folder).await?;
     let cores = available_parallelism().map_or(1, usize::from);
     let refused = |refusals: Vec<Refusal>| {
         let problem = |refusal| scene_place::problem_of(paint, &source, refusal);
         Error { code: Code::Scene, problems: refusals.iter().map(problem).collect() }
     };
-    let (plan, mut scenes) = build(&scene, &descriptors(&plugins)?, cores).map_err(refused)?;
+    let (mut plan, mut scenes) = build(&scene, &descriptors(&plugins)?, cores).map_err(refused)?;
     let visual = |process: &str| plugins.get(process).and_then(|(_, descriptor)| descriptor.visual);
     let geometry = Geometry::load(&scene, &source, visual).map_err(refused)?;
     geometry.hand_out(&mut scenes);
-    Ok(Prepared { source, scene, warnings, plugins, plan, scenes, geometry })
+    plan.left_out.extend(left_out);
+    kept.extend(rigidify::of_captures(&scene, |body| geometry.extent(body, &source)));
+    Ok(Prepared { source, scene, warnings, plugins, plan, scenes, kept, geometry })
 }
 
 /// What each process runs, by its name.

@@ -26,6 +26,13 @@ pub(crate) fn human(summary: &Summary, folder: &Path, paint: Paint) -> String {
         );
         lines.add("", &text);
     }
+    if let Some(f) = &summary.frames {
+        let text = format!(
+            "{}: moved in {:.2} s, drawn in {:.2} s, written in {:.2} s, recorded in {:.2} s",
+            f.taken, f.skin_s, f.draw_s, f.write_s, f.record_s
+        );
+        lines.add("frames", &text);
+    }
     verdicts(&mut lines, summary);
     energy(&mut lines, summary);
     for (process, counters) in &summary.counters {

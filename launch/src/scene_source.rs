@@ -12,7 +12,7 @@ use crate::hint::{list, near_miss};
 use crate::render::{Paint, problem_of};
 
 /// Scene of `cosplat` without arguments.
-pub(crate) const DEFAULT: &str = "oscillator";
+pub(crate) const DEFAULT: &str = "plant-and-rock";
 
 /// Scenes inside this program, by name.
 const BUILT_IN: [(&str, &str); 4] = [

@@ -1,6 +1,7 @@
 //! Running the real program on real scenes.
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
+use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::os::unix::process::ExitStatusExt as _;
 use std::path::{Path, PathBuf};
@@ -74,10 +75,19 @@ impl Program {
         let scratch = tempfile::tempdir().expect("a scratch folder");
         let file = scratch.path().join("scene.toml");
         std::fs::write(&file, scene).expect("the scene can be written");
+        Self::of(scratch, file.as_os_str(), args)
+    }
+
+    /// `cosplat run` on a scene inside the program.
+    pub(crate) fn built_in(name: &str, args: &[&str]) -> Self {
+        Self::of(tempfile::tempdir().expect("a scratch folder"), name.as_ref(), args)
+    }
+
+    fn of(scratch: tempfile::TempDir, scene: &OsStr, args: &[&str]) -> Self {
         let folder = scratch.path().join("out");
         let token = format!("e2e-{}-{:?}", std::process::id(), Instant::now());
         let mut command = Command::new(env!("CARGO_BIN_EXE_cosplat"));
-        command.arg("run").arg(&file).arg("--out").arg(&folder).args(args);
+        command.arg("run").arg(scene).arg("--out").arg(&folder).args(args);
         command.env("COSPLAT_E2E_TOKEN", &token).stdin(Stdio::null());
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         Self { scratch, token, command, folder }

@@ -17,6 +17,13 @@ const LOOK: usize = 16;
 /// Widening of the span of a row, in pixels, so that rounding never loses a pixel that the cut would keep.
 const SLACK: f32 = 0.01;
 
+/// The exponent of an ellipse along a row of pixels: square · dx² + linear · dx + constant.
+struct Row {
+    square: f32,
+    linear: f32,
+    constant: f32,
+}
+
 type Plane = [[f32; LANES]; TILE * GROUPS];
 
 /// What a tile has gathered.
@@ -83,23 +90,27 @@ impl Tile {
                     continue;
                 }
             }
+            // The exponent along the row, −½ a dx² − b dy dx − ½ c dy², as a polynomial in dx.
+            let row_of = Row { square: -0.5 * e.a, linear: -e.b * dy, constant: -0.5 * e.c * dy * dy };
             for group in from / LANES..=(to - 1) / LANES {
-                let x = x - (group * LANES) as f32;
-                self.add_group::<DEPTH>((row - top) * GROUPS + group, e, x, dy, floor);
+                let at = (row - top) * GROUPS + group;
+                if self.cap[at] != [0.0; LANES] {
+                    self.add_group::<DEPTH>(at, e, &row_of, x - (group * LANES) as f32, floor);
+                }
             }
         }
     }
 
     /// One row of lanes; `x` is the centre of the ellipse from that of the first lane.
     #[inline]
-    fn add_group<const DEPTH: bool>(&mut self, at: usize, e: &Ellipse, x: f32, dy: f32, floor: f32) {
+    fn add_group<const DEPTH: bool>(&mut self, at: usize, e: &Ellipse, row: &Row, x: f32, floor: f32) {
         let cut = CUT as f32;
         let (before, cap) = (self.through[at], self.cap[at]);
         // Whole rows are made and stored: conditional stores would not be vectorised.
         let (mut weight, mut after, mut still) = ([0.0_f32; LANES], [0.0_f32; LANES], [0.0_f32; LANES]);
         for k in 0..LANES {
             let dx = k as f32 - x;
-            let power = -0.5 * (e.a * dx * dx + e.c * dy * dy) - e.b * dx * dy;
+            let power = (row.square * dx + row.linear) * dx + row.constant;
             let kernel = exp_negative(power.clamp(-80.0, 0.0)) - floor;
             let alpha = (e.opacity * kernel).min(cap[k]);
             let alpha = if alpha < cut { 0.0 } else { alpha };

@@ -7,6 +7,7 @@ use std::path::Path;
 use thiserror::Error;
 
 use crate::picture::Picture;
+use crate::preview::PreviewError;
 
 /// Bytes that a file may unpack to.
 const LARGEST: usize = 1 << 30;
@@ -20,6 +21,9 @@ pub enum PngError {
     /// It cannot be written.
     #[error("{0}: {1}; check that there is room")]
     Write(String, png::EncodingError),
+    /// The pictures make no preview.
+    #[error("{0}: {1}")]
+    Preview(String, PreviewError),
     /// It is damaged or of a kind that is not read.
     #[error("{0}: {1}; only 8-bit PNG files in colour are read")]
     Read(String, png::DecodingError),

@@ -31,6 +31,18 @@ impl Default for Options {
     }
 }
 
+impl Options {
+    /// With a background given in linear light, red, green, blue from 0 to 1, by the curve of sRGB (IEC 61966-2-1).
+    #[must_use]
+    pub fn with_linear_background(self, linear: [f64; 3]) -> Options {
+        let display = |v: f64| {
+            let v = v.clamp(0.0, 1.0);
+            (if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }) as f32
+        };
+        Options { background: linear.map(display), ..self }
+    }
+}
+
 /// Draws all sets as one.
 ///
 /// Colours are blended as they are, in display values, as 3D Gaussian splatting is trained. Every tile is worked on by

@@ -239,6 +239,15 @@ fn a_rigid_motion_of_everything_is_invisible() {
     assert!(ratio > 60.0, "{ratio}");
 }
 
+/// Known pairs of the sRGB curve: its ends, its straight part, and 18 % grey, which is shown as 118 of 255.
+#[test]
+fn backgrounds_may_be_given_in_linear_light() {
+    for (linear, byte) in [(0.0, 0), (1.0, 255), (0.002, 7), (0.18, 118), (-1.0, 0), (7.0, 255)] {
+        let options = Options::default().with_linear_background([linear; 3]);
+        assert_eq!(render(&[], &camera(2, 2), &options).to_srgb8(), [byte; 12], "{linear}");
+    }
+}
+
 #[test]
 fn cameras_that_see_nothing_are_refused() {
     let good =

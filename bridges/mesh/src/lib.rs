@@ -1,1 +1,25 @@
-//! Triangle meshes: files, oriented surface samples, signed distance.
+//! Triangle meshes: from a file to a body that can be simulated and drawn.
+//!
+//! [`Prepared::from_file`] reads an OBJ file, welds its vertices and brings it to metres and +z up; the result is the
+//! [`TriangleMesh`](cosplat_core::asset::TriangleMesh) that a solver is given. [`surface_samples`] covers it with
+//! oriented points, [`SignedDistance`] says what is inside, [`fill`] puts particles there.
+//!
+//! Nothing here depends on the number of threads or on the order in which a hash map iterates.
+
+mod cells;
+mod distance;
+mod error;
+mod filling;
+pub mod obj;
+mod prepare;
+mod random;
+mod sample;
+mod thin;
+mod triangulate;
+mod weld;
+
+pub use distance::SignedDistance;
+pub use error::{Fault, MeshError};
+pub use filling::fill;
+pub use prepare::{Prepared, Recipe, Report};
+pub use sample::{SurfaceSamples, surface_samples};

@@ -2,7 +2,8 @@
 //!
 //! [`format::read_file`] decodes a file into [`Splats`]; [`Similarity`] brings it to metres and to the axes of a scene;
 //! [`clean`] removes what is no object; [`fill`] puts simulation proxies inside; [`bind`] ties every Gaussian to
-//! particles or to a rigid frame; [`skin`] moves them; [`surfel`] makes Gaussians for bodies that have none.
+//! particles or to a rigid frame; [`skin`] moves them; [`surfel`] makes Gaussians for bodies that have none. [`stage`] does
+//! all of it in one call, and shows the body at any later moment; [`merge`](merge()) makes one file of several bodies.
 //!
 //! Nothing here depends on the number of threads or on the order in which a hash map iterates.
 
@@ -13,12 +14,17 @@ pub mod fill;
 pub mod format;
 mod grid;
 mod linalg;
+mod merge;
+mod output;
 pub mod sh;
 mod similarity;
 pub mod skin;
 mod splats;
+pub mod stage;
 pub mod surfel;
 
 pub use error::{Fault, SplatError};
+pub use merge::{MergeError, merge};
+pub use output::OutputFrame;
 pub use similarity::{Similarity, SimilarityError};
 pub use splats::*;

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 use thiserror::Error;
 
+use crate::bind::Frame;
 use crate::linalg::{polar_rotation, quaternion_of, rotation_of, wide};
 use crate::sh::ShRotation;
 use crate::splats::{Axes, Splats};
@@ -67,6 +68,16 @@ impl Similarity {
         Similarity { scale, rotation, translation: -(rotation * self.translation * scale) }
     }
 
+    /// This map after another.
+    #[must_use]
+    pub fn after(&self, first: &Similarity) -> Similarity {
+        Similarity {
+            scale: self.scale * first.scale,
+            rotation: self.rotation * first.rotation,
+            translation: self.point(first.translation),
+        }
+    }
+
     /// The image of a point.
     pub fn point(&self, p: Vector3<f64>) -> Vector3<f64> {
         self.rotation * p * self.scale + self.translation
@@ -96,6 +107,12 @@ impl Similarity {
         if k > 0 {
             splats.sh_rest.par_chunks_mut(k).for_each(|rest| sh.apply(rest));
         }
+    }
+}
+
+impl From<Frame> for Similarity {
+    fn from(frame: Frame) -> Similarity {
+        Similarity { scale: 1.0, rotation: frame.rotation, translation: frame.translation }
     }
 }
 

@@ -52,8 +52,8 @@ struct Slot<'a> {
     rest: &'a mut [[f32; 3]],
 }
 
-/// Moves every Gaussian of `rest` by the map around it, into `out`, which becomes a copy of `rest` first if it has
-/// another length.
+/// Moves every Gaussian of `rest` by the map around it, into `out`, which becomes a copy of `rest` first unless it
+/// is one already in all that no motion changes.
 ///
 /// Mean x + u; covariance F Σ Fᵀ in product form: with Σ = R S² Rᵀ the singular values and left vectors of F R S are
 /// the new scales and axes, positive definite for every F; bands of the colour by the rotation of F's polar
@@ -63,7 +63,7 @@ struct Slot<'a> {
 /// # Panics
 /// `local` panics.
 pub fn skin(rest: &Splats, local: impl Fn(usize) -> Local + Sync, limits: Limits, out: &mut Splats) -> Report {
-    if out.len() != rest.len() || out.sh_rest.len() != rest.sh_rest.len() {
+    if !is_made_from(out, rest) {
         out.clone_from(rest);
     }
     let k = rest.coefficients();
@@ -94,6 +94,16 @@ pub fn skin(rest: &Splats, local: impl Fn(usize) -> Local + Sync, limits: Limits
         report
     };
     slots.into_par_iter().enumerate().map(one_chunk).reduce(Report::default, Report::and)
+}
+
+/// Whether what no motion changes is the same, and the arrays of the rest have the right lengths.
+fn is_made_from(out: &Splats, rest: &Splats) -> bool {
+    out.is_consistent()
+        && (out.len(), out.sh_degree, out.axes, out.antialiased)
+            == (rest.len(), rest.sh_degree, rest.axes, rest.antialiased)
+        && out.opacity_logits == rest.opacity_logits
+        && out.sh_dc == rest.sh_dc
+        && out.extras == rest.extras
 }
 
 /// The last rotation of colour bands: the Gaussians of a rigid body share one.

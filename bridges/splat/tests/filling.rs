@@ -102,7 +102,7 @@ fn small_holes_are_closed_and_sheets_and_bowls_are_not_filled() {
         .collect();
     for (name, open) in [("bowl", bowl), ("sheet", sheet)] {
         let found = filled(&open, 0.05);
-        println!("{name}: {} proxies, {} inside", found.proxies.len(), found.inside);
+        println!("{name}: {} proxies, {} inside", found.proxies.len(), found.interior.len());
         assert!(found.proxies.is_empty(), "{name} {}", found.proxies.len());
     }
 }

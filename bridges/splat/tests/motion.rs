@@ -270,3 +270,23 @@ fn every_number_of_threads_gives_the_same_bytes() {
         assert_eq!(run(threads), one, "{threads} threads");
     }
 }
+
+/// Half of a block flies off: no Gaussian is left between the halves, and none is drawn out to a needle.
+#[test]
+fn torn_material_parts() {
+    let splats = some_splats(4000, 0, 12);
+    let rest: Vec<[f32; 3]> =
+        (0..8000).map(|n| [n % 20, n / 20 % 20, n / 400].map(|k| (k as f32 + 0.5) / 10.0 - 1.0)).collect();
+    let now: Vec<[f32; 3]> = rest.iter().map(|p| [p[0], p[1], if p[2] > 0.0 { p[2] + 3.0 } else { p[2] }]).collect();
+    let binding = Binding::affine(&splats, &rest, 12).unwrap();
+    let particles = Particles { rest: &rest, now: &now, gradients: None };
+    let mut out = Splats::default();
+    let report = skin(&splats, binding.locals(&splats, &particles).unwrap(), Limits::default(), &mut out);
+    assert!(report.moved > 1500 && report.lost == 0);
+    let between = out.positions.iter().filter(|p| p[2] > 1.2 && p[2] < 1.8).count();
+    let longest =
+        |i: usize| out.scales(i).into_iter().fold(0.0, f64::max) / splats.scales(i).into_iter().fold(0.0, f64::max);
+    let stretched = (0..splats.len()).filter(|&i| longest(i) > 2.0).count();
+    println!("torn: {between} of {} between, {stretched} stretched", splats.len());
+    assert_eq!((between, stretched), (0, 0));
+}

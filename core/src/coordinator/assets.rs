@@ -36,13 +36,11 @@ impl<C: Checks> Coordinator<C> {
         if self.phase != Phase::Joining {
             return;
         }
-        match self.shipments.get(usize::from(who)).and_then(|s| s.chunk(asset, chunk)) {
-            Some(bytes) => out.push(self.send(who, Down::Chunk { asset, chunk, bytes })),
-            None => {
-                let message = format!("it asked for chunk {chunk} of geometry {asset}, which there is not");
-                let who = self.plan.name_of(who).to_owned();
-                self.fail(Failure::Protocol { who, window: 0, message }, out);
-            }
-        }
+        let Some(bytes) = self.shipments.get(usize::from(who)).and_then(|s| s.chunk(asset, chunk)) else {
+            let message = format!("it asked for chunk {chunk} of geometry {asset}, which there is not");
+            let who = self.plan.name_of(who).to_owned();
+            return self.fail(Failure::Protocol { who, window: 0, message }, out);
+        };
+        out.push(self.send(who, Down::Chunk { asset, chunk, bytes }));
     }
 }

@@ -90,12 +90,11 @@ impl Gathered {
     fn add_visual(&mut self, plan: &Plan, edge: u64, body: &str, state: VisualState) {
         let number = edge / plan.recorder.map_or(1, |r| r.windows_per_frame);
         let body = (body.to_owned(), state);
-        match self.frames.last_mut().filter(|f| f.number == number) {
-            Some(frame) => frame.bodies.push(body),
-            None => {
-                let time_s = plan.clock.seconds(plan.clock.start_of(edge));
-                self.frames.push(VisualFrame { number, time_s, bodies: vec![body] });
-            }
+        if let Some(frame) = self.frames.last_mut().filter(|f| f.number == number) {
+            frame.bodies.push(body);
+        } else {
+            let time_s = plan.clock.seconds(plan.clock.start_of(edge));
+            self.frames.push(VisualFrame { number, time_s, bodies: vec![body] });
         }
     }
 }

@@ -76,8 +76,7 @@ pub fn steps(plan: &Plan, who: ParticipantId, window: u64) -> Vec<StepPlan> {
         let (step, index) = match declared.content {
             Content::Statics { .. } => continue,
             Content::Visual { .. } if !plan.has_frame_at(window + 1) => continue,
-            Content::Visual { .. } => (last, window + 1),
-            Content::Boundary { .. } => (last, window + 1),
+            Content::Visual { .. } | Content::Boundary { .. } => (last, window + 1),
             Content::MidBoundary { .. } => (0, window),
             Content::Impulses { .. } => (last, window),
         };

@@ -17,6 +17,8 @@ const WAVE: f64 = 1.4;
 const STIFF_WAVE_SPEED_M_S: f64 = 50.0;
 /// Window for stiff responders \[s\].
 const STIFF_WINDOW_S: f64 = 1e-3;
+/// Substeps of a resolver for which the stand-in of a rigid body is good.
+const PROXY_SUBSTEPS: f64 = 20.0;
 /// Part of the lagged-exchange limit of a liquid against a light responder.
 const LIQUID: f64 = 0.5;
 
@@ -49,6 +51,8 @@ impl Term {
 /// Bounds from the bodies of one contact interface: `resolver` computes the force, `responder` takes impulses.
 ///
 /// * approach: `W ≤ 0.3 d / |v_rel|`, d the coarser spacing;
+/// * rigid responder: at most 20 substeps of the resolver's elastic wave, `W ≤ 20 d / c`: with Courant number 0.5 on a
+///   grid of two spacings a substep is `d / c`;
 /// * solid against a deformable responder: `W ≤ 1.4 d / c` for wave speed c ≤ 50 m/s, else 1 ms;
 /// * liquid against anything that deforms: `W ≤ 0.5 √(σ d / (ρ_f c_f²))`, σ the areal mass of the responder's surface
 ///   layer: density times spacing, or the areal density of cloth.
@@ -63,6 +67,12 @@ pub fn contact_terms(name: &str, resolver: &Body, responder: &Body) -> Vec<Term>
         terms.push(Term::new(APPROACH * d / approach, why));
     }
     let deforms = !matches!(responder.material, Material::Rigid { .. } | Material::PointMass);
+    let stands_in = !deforms && responder.prescribed.is_none() && !is_liquid(&resolver.material);
+    let wave = resolver.spacing_m.zip(resolver.material.wave_speed_m_s());
+    if let Some((d, c)) = wave.filter(|_| stands_in) {
+        let why = format!("`{name}`: 20 substeps of the elastic wave of `{}` ({c:.1} m/s)", resolver.name);
+        terms.push(Term::new(PROXY_SUBSTEPS * d / c, why));
+    }
     if !deforms || responder.prescribed.is_some() {
         return terms;
     }

@@ -196,3 +196,13 @@ fn a_run_of_many_windows_ends_on_time() {
         assert!((end_s - duration_s).abs() <= f64::EPSILON * duration_s, "{end_s} s");
     }
 }
+
+#[test]
+fn a_stand_in_is_used_for_twenty_substeps() {
+    let toy = spaced("toy", "mpm", elastic(1e5), 0.02);
+    let rock = body("rock", "rigid", RIGID);
+    // A substep of Courant number 0.5 on a grid of two spacings: 0.02 m at 10 m/s.
+    check(&terms(&toy, &rock), &[20.0 * 0.02 / 10.0]);
+    let told = Body { prescribed: Some(Motion::Twist { linear_m_s: [0.0; 3], angular_rad_s: [0.0; 3] }), ..rock };
+    assert!(terms(&toy, &told).is_empty(), "who follows a script cannot be foreseen wrongly");
+}

@@ -13,10 +13,11 @@ use super::failure;
 use crate::cli::{Format, RunArgs};
 use crate::exit::{Code, Error, Problem};
 use crate::folder::record::{self, Facts};
+use crate::folder::report::Sources;
 use crate::folder::recorder::Recorder;
-use crate::folder::summary::{Status, Summary};
-use crate::folder::{RUN, RunFolder, SUMMARY};
-use crate::frames::{FrameRecorder, Row, Wanted};
+use crate::folder::summary::{self, Status, Summary};
+use crate::folder::{self, RUN, RunFolder, SUMMARY};
+use crate::frames::{FrameRecorder, Frames, Row, Wanted};
 use crate::hint::count;
 use crate::prepare::{Prepared, prepare};
 use crate::progress::Progress;
@@ -54,9 +55,20 @@ pub(crate) async fn run(args: &RunArgs, signals: &mut Signals) -> Result<Code, E
     };
     let ended = supervise::run(job, signals, &mut |news| conduct.hear(news, &mut progress)).await;
     progress.finish();
-    let (summary, error) = conduct.end(ended);
+    let (summary, error, frames) = conduct.end(ended);
     let json = json(&summary)?;
     folder.put(SUMMARY, json.as_bytes())?;
+    if prepared.scene.output.report {
+        let sources = Sources {
+            folder: &folder,
+            scene: &prepared.scene,
+            plan: &prepared.plan,
+            forms: prepared.forms(),
+            plugins: prepared.plugin_records(),
+            frames: frames.as_ref(),
+        };
+        folder::report::write(&sources, &summary)?;
+    }
     if let Some(error) = &error {
         talk(&render::error(Paint::stderr(), error));
     }
@@ -106,12 +118,20 @@ fn introduce(prepared: &Prepared, progress: &Progress, is_quiet: bool) {
         plan.window_bound_by
     );
     progress.say("plan", &text);
+    for kept in &prepared.kept {
+        progress.say("keep", &format!("{}: {}", kept.body, kept.kept()));
+    }
     for (body, words) in &prepared.geometry.notes {
         progress.say("body", &format!("{body}: {words}"));
     }
     if plan.break_with.is_some() && !plan.interfaces.iter().any(Interface::carries_impulses) {
         progress.warn("`run.break` does nothing here: no impulses cross between processes");
     }
+}
+
+fn frames_of(frames: &Frames) -> summary::Frames {
+    let Frames { taken, skin_s, draw_s, write_s, record_s, .. } = *frames;
+    summary::Frames { taken, skin_s, draw_s, write_s, record_s }
 }
 
 /// A run that has begun: what is written while it goes on, and what is known about it at its end.
@@ -216,7 +236,7 @@ impl<'a> Conduct<'a> {
     }
 
     /// Closes the files and judges the run.
-    fn end(mut self, ended: Result<Ended, Error>) -> (Summary, Option<Error>) {
+    fn end(mut self, ended: Result<Ended, Error>) -> (Summary, Option<Error>, Option<Frames>) {
         let finished = self.recorder.finish();
         // What ended the run is worth more than a file that could not be closed after it.
         let ended = ended.and_then(|ended| finished.map(|()| ended));
@@ -240,18 +260,20 @@ impl<'a> Conduct<'a> {
             (None, Some(Outcome::Finished)) => Status::VerdictFailed,
             (None, _) => Status::Interrupted,
         };
+        let frames = self.recorder.frames.clone();
         let mut summary = self.summary(status, usage);
         summary.verdicts = verdicts;
         if let Some(error) = &error {
             summary.exit_code = error.code as u8;
             summary.failure = error.problems.first().map(|p| p.message.clone());
         }
-        (summary, error)
+        (summary, error, frames)
     }
 
     fn summary(self, status: Status, usage: Vec<Usage>) -> Summary {
         let plan = &self.prepared.plan;
         let left_out = self.recorder.left_out();
+        let frames = self.recorder.frames.as_ref().map(frames_of);
         let files = self.recorder.files();
         let tally = self.recorder.tally;
         let mut bodies = tally.bodies;
@@ -279,6 +301,7 @@ impl<'a> Conduct<'a> {
             state_hash: tally.state_hash.map(|h| format!("{h:032x}")),
             verdicts: Vec::new(),
             processes,
+            frames,
             bodies,
             interfaces: tally.interfaces,
             energy: tally.energy,

@@ -3,12 +3,14 @@
 //! Tables grow by whole lines that are handed to the system at every window. Files that only make sense as a whole
 //! (`run.toml`, `summary.json`) are written beside their place and renamed into it.
 
+mod curves;
 #[cfg(test)]
 pub(crate) mod fixtures;
 pub(crate) mod ledger;
 pub(crate) mod probes;
 pub(crate) mod record;
 pub(crate) mod recorder;
+pub(crate) mod report;
 pub(crate) mod summary;
 pub(crate) mod tally;
 pub(crate) mod trace;

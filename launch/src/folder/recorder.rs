@@ -136,6 +136,7 @@ impl<'a> Recorder<'a> {
         if self.trace.is_some() {
             files.insert("trace".into(), TRACE.into());
         }
+        files.extend(self.report_file());
         let frames = self.frames.iter();
         for (part, name) in frames.flat_map(|frames| self.frame_files(frames)) {
             files.insert(part.into(), name.into());
@@ -148,6 +149,11 @@ impl<'a> Recorder<'a> {
 }
 
 impl Recorder<'_> {
+    /// `report.html`, where the scene wants one.
+    fn report_file(&self) -> Option<(String, String)> {
+        self.scene.output.report.then(|| ("report".into(), super::REPORT.into()))
+    }
+
     fn frame_files(&self, frames: &Frames) -> Vec<(&'static str, &'static str)> {
         let output = &self.scene.output;
         let all = [

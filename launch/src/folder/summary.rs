@@ -51,6 +51,8 @@ pub(crate) struct Summary {
     pub(crate) verdicts: Vec<Verdict>,
     /// Solver processes, in name order.
     pub(crate) processes: Vec<Process>,
+    /// What was made of frames beside the solvers; null where there are none.
+    pub(crate) frames: Option<Frames>,
     /// Bodies, by process and in scene order.
     pub(crate) bodies: Vec<Body>,
     /// Pairs of bodies in different processes that touch or are joined.
@@ -88,6 +90,21 @@ pub(crate) struct Process {
     pub(crate) substep_bound_by: String,
     /// Largest resident memory [MiB], sampled twice a second; null where the system does not tell.
     pub(crate) peak_rss_mib: Option<f64>,
+}
+
+/// Frames drawn, written and recorded by the launcher while the solvers went on.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub(crate) struct Frames {
+    /// Frames taken, the state at t = 0 among them.
+    pub(crate) taken: u64,
+    /// Wall time of moving Gaussians [s].
+    pub(crate) skin_s: f64,
+    /// Wall time of drawing and writing pictures [s].
+    pub(crate) draw_s: f64,
+    /// Wall time of writing splat files [s].
+    pub(crate) write_s: f64,
+    /// Wall time of recording [s].
+    pub(crate) record_s: f64,
 }
 
 /// A body.

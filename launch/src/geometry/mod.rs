@@ -38,6 +38,14 @@ pub(crate) struct Geometry {
     pub(crate) notes: Vec<(String, String)>,
 }
 
+/// Edges of the box around a body \[m\], where its source tells: captures and points do not.
+pub(crate) fn extent(body: &Body, source: &scene_source::Source) -> Option<[f64; 3]> {
+    match &body.source {
+        Source::Mesh { .. } => Maker { source, draws: false }.mesh_extent(&body.source),
+        shape => primitive::mesh(shape).map(|mesh| shape::extent(&mesh.vertices_m)),
+    }
+}
+
 /// What came of one source.
 struct Made {
     asset: Option<Asset>,
@@ -108,6 +116,14 @@ impl Geometry {
             let wanted: Vec<&String> = own.chain(walls).chain(partners).collect();
             let found = wanted.into_iter().filter_map(|n| Some((n.clone(), Arc::clone(self.assets.get(n)?))));
             scene.assets = found.collect();
+        }
+    }
+
+    /// Edges of the box around a body \[m\], also of a capture.
+    pub(crate) fn extent(&self, body: &Body, source: &scene_source::Source) -> Option<[f64; 3]> {
+        match self.assets.get(&body.name).map(Arc::as_ref) {
+            Some(Asset::Particles(cloud)) => Some(shape::extent(&cloud.position_m)),
+            _ => extent(body, source),
         }
     }
 

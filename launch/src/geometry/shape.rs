@@ -1,6 +1,7 @@
 //! Meshes and primitives: what a solver is given of them and what is seen.
 
 use cosplat_core::asset::{Asset, TriangleMesh};
+use cosplat_core::boundary::Vec3;
 use cosplat_core::scene::{Body, Source};
 use cosplat_mesh::{Prepared, Recipe, fill, surface_samples};
 use cosplat_splat::surfel::grained;
@@ -13,6 +14,8 @@ use crate::frames::Look;
 const SAMPLES: f64 = 6000.0;
 /// By what part samples of a plain surface differ in brightness, so that it is seen to turn.
 const GRAIN: f64 = 0.35;
+/// The same for planes, which turn in no scene: enough to see that there is something.
+const PLANE_GRAIN: f64 = 0.06;
 /// Spacing of particles whose solver chooses it \[m\].
 const DOTS_M: f64 = 0.02;
 
@@ -20,7 +23,7 @@ impl Maker<'_> {
     /// A mesh that keeps its shape.
     pub(super) fn rigid_mesh(&self, source: &Source, spacing: Option<f64>, colour: [f64; 3]) -> Result<Made, String> {
         let prepared = self.mesh(source)?;
-        let look = if self.draws { Some(surface(&prepared.mesh, spacing, colour)?) } else { None };
+        let look = if self.draws { Some(surface(&prepared.mesh, spacing, colour, GRAIN)?) } else { None };
         Ok(Made { asset: Some(Asset::Mesh(prepared.mesh)), look, notes: vec![prepared.report.to_string()] })
     }
 
@@ -35,6 +38,11 @@ impl Maker<'_> {
         Ok(Made { asset: Some(Asset::Particles(cloud)), look, notes })
     }
 
+    /// Edges of the box around a mesh \[m\]; nothing where it cannot be read, which is said elsewhere.
+    pub(super) fn mesh_extent(&self, source: &Source) -> Option<[f64; 3]> {
+        self.mesh(source).ok().map(|prepared| extent(&prepared.mesh.vertices_m))
+    }
+
     fn mesh(&self, source: &Source) -> Result<Prepared, String> {
         let Source::Mesh { file, metres_per_unit, up } = source else {
             return Err("its source is no mesh".to_owned());
@@ -45,12 +53,21 @@ impl Maker<'_> {
     }
 }
 
-/// What is seen of a primitive.
-pub(super) fn look(source: &Source, spacing: Option<f64>, colour: [f64; 3]) -> Result<Option<Look>, String> {
-    primitive::mesh(source).map(|mesh| surface(&mesh, spacing, colour)).transpose()
+/// Edges of the box around points \[m\].
+pub(super) fn extent(points: &[Vec3]) -> [f64; 3] {
+    [0, 1, 2].map(|k| {
+        let along = || points.iter().map(|p| p[k]);
+        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+    })
 }
 
-fn surface(mesh: &TriangleMesh, spacing: Option<f64>, colour: [f64; 3]) -> Result<Look, String> {
+/// What is seen of a primitive.
+pub(super) fn look(source: &Source, spacing: Option<f64>, colour: [f64; 3]) -> Result<Option<Look>, String> {
+    let grain = if matches!(source, Source::Plane { .. }) { PLANE_GRAIN } else { GRAIN };
+    primitive::mesh(source).map(|mesh| surface(&mesh, spacing, colour, grain)).transpose()
+}
+
+fn surface(mesh: &TriangleMesh, spacing: Option<f64>, colour: [f64; 3], grain: f64) -> Result<Look, String> {
     let of = |t: &[u32; 3]| {
         let [a, b, c] = mesh.corners(*t);
         (b - a).cross(&(c - a)).norm() / 2.0
@@ -58,7 +75,7 @@ fn surface(mesh: &TriangleMesh, spacing: Option<f64>, colour: [f64; 3]) -> Resul
     let area: f64 = mesh.triangles.iter().map(of).sum();
     let chosen = (area / SAMPLES).sqrt();
     let samples = surface_samples(mesh, spacing.map_or(chosen, |s| s.min(chosen))).map_err(|e| e.to_string())?;
-    Ok(Look::Surface(grained(&samples.position_m, &samples.normal, &samples.area_m2, colour, GRAIN)))
+    Ok(Look::Surface(grained(&samples.position_m, &samples.normal, &samples.area_m2, colour, grain)))
 }
 
 /// Spacing of the particles of a body \[m\].

@@ -3,6 +3,7 @@
 //! One file that needs nothing else: pictures are in it, curves are SVG, and there is no script. The same report gives
 //! the same bytes. Every text that comes from a scene or a plugin is escaped.
 
+mod axis;
 mod chart;
 mod number;
 mod parts;

@@ -25,6 +25,17 @@ pub(super) fn quantity(value: f64) -> String {
     format!("{sign}{mantissa} × 10{}", superscript(exponent))
 }
 
+/// A value that somebody chose: as [`quantity`], without zeros that say nothing.
+pub(super) fn limit(value: f64) -> String {
+    let text = quantity(value);
+    let (digits, power) = text.split_once(' ').map_or((text.as_str(), ""), |(digits, power)| (digits, power));
+    if !digits.contains('.') {
+        return text;
+    }
+    let digits = digits.trim_end_matches('0').trim_end_matches('.');
+    if power.is_empty() { digits.into() } else { format!("{digits} {power}") }
+}
+
 /// A value that may be missing.
 pub(super) fn maybe(value: Option<f64>) -> String {
     value.map_or_else(|| "–".into(), quantity)
@@ -84,6 +95,12 @@ mod tests {
         for (value, text) in cases {
             assert_eq!(quantity(value), text);
         }
+    }
+
+    #[test]
+    fn limits_have_no_zeros_at_their_end() {
+        assert_eq!([1e-12, 0.5, 100.0, 6e-5].map(limit), ["1 × 10⁻¹²", "0.5", "100", "6 × 10⁻⁵"]);
+        assert_eq!(limit(f64::NAN), "not a number");
     }
 
     #[test]

@@ -3,9 +3,9 @@
 use maud::{Markup, html};
 
 use super::Report;
-use super::number::{count, maybe, quantity};
+use super::number::{count, limit, maybe, quantity};
 use super::tables::table;
-use crate::folder::summary::{Process, Summary};
+use crate::folder::summary::{Frames, Process, Summary};
 use crate::verdict::Verdict;
 
 /// The run in a few numbers.
@@ -36,7 +36,7 @@ pub(super) fn verdicts(summary: &Summary) -> Option<Markup> {
     Some(html! {
         p {
             @if failed == 0 { "All " (summary.verdicts.len()) " gates are passed." }
-            @else { (failed) " of " (summary.verdicts.len()) " gates are not passed." }
+            @else { (failed) " of " (summary.verdicts.len()) " gates failed." }
             " What arrives over an interface must be what was sent, to the last bit. The momentum of each solver, \
              summed over its own state, must be explained by the impulses that act on it, relative to the largest \
              gross momentum of the run."
@@ -47,13 +47,14 @@ pub(super) fn verdicts(summary: &Summary) -> Option<Markup> {
 
 fn verdict(verdict: &Verdict) -> Vec<Markup> {
     let (class, word) = if verdict.passed { ("good", "passed") } else { ("bad", "failed") };
-    let share = if verdict.limit > 0.0 { format!("{} %", quantity(100.0 * verdict.value / verdict.limit)) } else { "–".into() };
+    let share = 100.0 * verdict.value / verdict.limit;
+    let share = if share.is_nan() { "–".into() } else { format!("{} %", quantity(share)) };
     vec![
         html! { strong class=(class) { (word) } },
         html! { (gate(&verdict.name)) },
         html! { code { (verdict.of) } },
         html! { (quantity(verdict.value)) },
-        html! { @if verdict.limit == 0.0 { "exactly 0" } @else { (quantity(verdict.limit)) } },
+        html! { @if verdict.limit == 0.0 { "exactly 0" } @else { (limit(verdict.limit)) } },
         html! { (share) },
     ]
 }
@@ -104,12 +105,35 @@ pub(super) fn times(summary: &Summary) -> Option<Markup> {
         }
         div.bars { @for process in &summary.processes { (bar(process, longest)) } }
         (table(&head, rows.collect()))
+        @if let Some(frames) = &summary.frames { (frame_times(frames)) }
     })
 }
 
+/// What pictures, files and recordings of the scene cost beside the solvers.
+fn frame_times(frames: &Frames) -> Markup {
+    let parts = [
+        ("moving Gaussians", frames.skin_s),
+        ("drawing", frames.draw_s),
+        ("writing splat files", frames.write_s),
+        ("recording", frames.record_s),
+    ];
+    let spent: Vec<String> =
+        parts.iter().filter(|(_, s)| *s > 0.0).map(|(name, s)| format!("{name} {} s", quantity(*s))).collect();
+    html! {
+        p {
+            (count(frames.taken)) " frames were taken beside the solvers"
+            @if !spent.is_empty() { ": " (spent.join(", ")) }
+            "."
+        }
+    }
+}
+
 /// What a process does with its time, and the class that colours it.
-const PARTS: [(&str, &str); 3] =
-    [("compute", "computing"), ("wait", "waiting for partners or the clock"), ("transfer", "encoding, sending, decoding")];
+const PARTS: [(&str, &str); 3] = [
+    ("compute", "computing"),
+    ("wait", "waiting for partners or the clock"),
+    ("transfer", "encoding, sending, decoding"),
+];
 
 fn total(process: &Process) -> f64 {
     process.compute_s + process.wait_s + process.transfer_s

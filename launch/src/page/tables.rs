@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::number::{count, maybe, quantity};
+use super::number::{count, limit, maybe, quantity};
 use crate::folder::summary::Summary;
 
 /// A table; columns of class `n` hold numbers.
@@ -116,7 +116,7 @@ pub(super) fn left_out(summary: &Summary) -> Option<Markup> {
                 html! { (l.what) },
                 html! { (l.why) },
                 html! { (maybe(l.indicator)) },
-                html! { (maybe(l.limit)) },
+                html! { (l.limit.map_or_else(|| "–".into(), limit)) },
                 html! { (l.saved) },
             ]
         })
@@ -130,9 +130,9 @@ pub(super) fn counters(summary: &Summary) -> Option<Markup> {
         .counters
         .iter()
         .flat_map(|(process, counters)| {
-            counters.iter().map(move |(name, n)| {
-                vec![html! { code { (process) } }, html! { (name) }, html! { (count(*n)) }]
-            })
+            counters
+                .iter()
+                .map(move |(name, n)| vec![html! { code { (process) } }, html! { (name) }, html! { (count(*n)) }])
         })
         .collect();
     if rows.is_empty() {

@@ -83,7 +83,8 @@ impl Pairs {
                     let reduced = ma * mb / (ma + mb);
                     let relative = sub(va, vb);
                     let Some(j) = impulse(surface, scale(towards, 1.0 / length), relative, reduced) else { continue };
-                    lost -= dot(j, relative) + 0.5 * dot(j, j) / reduced;
+                    // Sliding alone, with the relative velocity after contact.
+                    lost -= dot(j, relative) + dot(j, j) / reduced;
                     count += 1;
                     here[a].3 = [0, 1, 2].map(|k| va[k] + j[k] / ma);
                     here[b].3 = [0, 1, 2].map(|k| vb[k] - j[k] / mb);

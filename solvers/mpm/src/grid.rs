@@ -1,12 +1,11 @@
-//! The grid between the two transfers: sum of the tiles, outside influences, walls.
+//! The grid between the two transfers: sum of the tiles, outside influences.
 
 use crate::parts::for_parts;
 use crate::push::Push;
 use crate::real::{Lanes, Real};
 use crate::tally::Tally;
-use crate::tile::{Extent, NODES, Nodes, Tile};
+use crate::tile::{Extent, NODES, Nodes, Tile, node_position};
 use crate::topology::{NONE, Topology};
-use crate::walls::{WallNode, WallNodes, Walls, node_position, slide};
 
 /// Velocity and mass at the nodes, and what happened there in this substep.
 #[derive(Clone, Debug, Default)]
@@ -25,10 +24,6 @@ pub(crate) struct Group {
     pub(crate) used: bool,
     /// Outside influences.
     pub(crate) pushed: Tally,
-    /// Walls.
-    pub(crate) walls: Tally,
-    /// Nodes that a rigid partner holds: not a wall's.
-    pub(crate) held: u64,
 }
 
 /// Mass below which a node is empty, as a share of the lightest particle. Momentum and mass of a node shrink with the
@@ -90,24 +85,6 @@ impl<R: Real> Grid<R> {
             }
         });
     }
-
-    /// Applies the walls.
-    pub(crate) fn stop(&mut self, step: &Substep, walls: &Walls) {
-        if walls.list.is_empty() {
-            return;
-        }
-        let topology = step.topology;
-        for_parts(step.parallel, &self.ends, &mut self.nodes, &mut self.groups, &|g, nodes, group| {
-            if !group.used || walls.near[g].is_none() {
-                return;
-            }
-            let first = topology.group(g).start;
-            for (i, nodes) in nodes.iter_mut().enumerate() {
-                let entry = topology.entries[first + i];
-                at_walls::<R>(nodes, step, (entry.at, entry.body as usize), walls, &walls.near[g], group);
-            }
-        });
-    }
 }
 
 fn velocities<R: Real>(
@@ -135,29 +112,5 @@ fn velocities<R: Real>(
         let after = [0, 1, 2].map(|k| R::of(v[k].f64() + change[k]));
         pushed.change(m.f64(), x, v.map(R::f64), after.map(R::f64));
         *node = R::V::from_array([after[0], after[1], after[2], m]);
-    }
-}
-
-fn at_walls<R: Real>(
-    nodes: &mut Nodes<R>,
-    step: &Substep,
-    (at, body): ([i32; 3], usize),
-    walls: &Walls,
-    near: &WallNodes,
-    group: &mut Group,
-) {
-    let Some(near) = near else { return };
-    // Every wall that a node reaches acts on it, one after the other: exact where their normals are orthogonal.
-    for WallNode { node: n, wall, phi, normal } in &near.list {
-        let [vx, vy, vz, m] = nodes[*n].array();
-        if m.f64() <= step.empty || group.held >> n & 1 == 1 {
-            continue;
-        }
-        let Some(surface) = walls.list[*wall].surface[body] else { continue };
-        let v = [vx, vy, vz].map(R::f64);
-        let Some(after) = slide(surface, *phi, *normal, v, step.dt, step.dx) else { continue };
-        let after = after.map(R::of);
-        group.walls.change(m.f64(), node_position(at, *n, step.dx), v, after.map(R::f64));
-        nodes[*n] = R::V::from_array([after[0], after[1], after[2], m]);
     }
 }

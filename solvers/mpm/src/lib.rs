@@ -4,8 +4,8 @@
 //! One substep:
 //! 1. each block of particles writes mass and momentum into its own tile of nodes (`transfer`, `particles`);
 //! 2. each grid block adds up the tiles that reach it, in a fixed order, and takes outside influences (`grid`, `push`);
-//! 3. bodies of this process exchange contact impulses (`contact`), rigid partners their stand-ins' (`proxy`), walls
-//!    stop what runs into them (`walls`);
+//! 3. bodies of this process exchange contact impulses (`contact`); walls and the stand-ins (`proxy`) of rigid partners
+//!    stop the surfaces of single particles (`touch` finds the places, `settle` the impulses);
 //! 4. each block of particles reads its tile back: velocity, velocity gradient, position, strain, plastic flow.
 //!
 //! No two blocks ever write to the same memory and every sum has a fixed order, so the bytes of a state do not depend
@@ -18,17 +18,21 @@
 //! momentum, in f64; the momentum that they must explain is summed over the particles (`report`): two separate roads,
 //! so that their difference is a check.
 //!
-//! Not here yet: granular material and liquid, contact with partners that show samples, moving walls, meshes, height
-//! fields, two-dimensional slabs, F-bar for ν near 0.5, restitution, the `genesis` contact law. Each is refused by name.
+//! Not here yet: granular material and liquid, contact with partners that show samples, moving walls, height fields,
+//! two-dimensional slabs, F-bar for ν near 0.5, restitution, the `genesis` contact law. Each is refused by name.
 //!
-//! Known limit: grid nodes touch a wall or a rigid partner when they lie behind its surface. A body that arrives from
-//! afar therefore stops up to one cell early, and the place of contact moves in steps of a cell.
+//! Shapes are formulas or closed meshes (`shape`, `mesh`). A body is a lattice in a shape or a cloud that was prepared
+//! (`sample`); one that comes from a capture carries total deformation gradients for the Gaussians that ride on it.
+//!
+//! Known limits: bodies of this process still meet at nodes, up to half a cell early; the place where a particle of a
+//! plastic body ends takes its elastic stretch only.
 
 mod contact;
 mod grid;
 mod kick;
 mod law;
 mod math;
+mod mesh;
 mod model;
 mod params;
 mod particles;
@@ -36,13 +40,15 @@ mod parts;
 mod plugin;
 mod proxy;
 mod push;
-mod reach;
 mod read;
 mod read_actions;
+mod read_bodies;
+mod read_partners;
 mod real;
 mod report;
 mod sample;
 mod save;
+mod settle;
 mod shape;
 mod show;
 mod sim;
@@ -52,6 +58,7 @@ mod store;
 mod tally;
 mod tile;
 mod topology;
+mod touch;
 mod transfer;
 mod walls;
 

@@ -21,18 +21,33 @@ pub(crate) struct Face {
     pub(crate) partner: Option<usize>,
 }
 
+/// A particle at the surface of a body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mark {
+    /// Particle.
+    pub(crate) id: u32,
+    /// Outward normal at the start, world axes.
+    pub(crate) normal: [f64; 3],
+    /// Area that it stands for \[m²\].
+    pub(crate) area: f64,
+    /// Volume \[m³\].
+    pub(crate) volume: f64,
+    /// Mass \[kg\].
+    pub(crate) mass: f64,
+}
+
 /// What is shown of a body.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Shown {
-    /// Whether it is shown at all.
+    /// Whether partners see it.
     pub(crate) has_interface: bool,
-    /// Particles at the surface and their normals at the start, world axes.
-    pub(crate) surface: Vec<(u32, [f64; 3])>,
-    /// Area of one sample \[m²\].
-    pub(crate) area: f64,
-    /// Volume of one particle \[m³\].
+    /// Whether Gaussians ride on it: pictures then need total deformation gradients.
+    pub(crate) is_capture: bool,
+    /// Particles at the surface.
+    pub(crate) surface: Vec<Mark>,
+    /// Volume \[m³\].
     pub(crate) volume: f64,
-    /// Mass of one particle \[kg\].
+    /// Mass \[kg\].
     pub(crate) mass: f64,
 }
 

@@ -1,8 +1,5 @@
 //! Plugin parameters.
 
-use std::collections::BTreeMap;
-
-use cosplat_core::scene::Source;
 use serde_json::{Map, Value, json};
 
 use crate::law::YieldNorm;
@@ -18,12 +15,8 @@ pub(crate) struct Params {
     pub(crate) most: Option<f64>,
     /// Norm of the yield condition.
     pub(crate) norm: YieldNorm,
-    /// Shapes of rigid partners about their centres of mass.
-    pub(crate) shapes: BTreeMap<String, Source>,
     /// Own bodies that stick together where they meet.
     pub(crate) bonded: Vec<[String; 2]>,
-    /// Bodies that carry Gaussians.
-    pub(crate) carry: Vec<String>,
 }
 
 /// JSON Schema of the parameters.
@@ -37,16 +30,10 @@ pub(crate) fn schema() -> Value {
             "courant": positive("Courant number of the elastic wave; default 0.5, stable up to about 0.74"),
             "max_substep_s": positive("Longest substep [s]"),
             "yield_norm": { "enum": ["physical", "genesis"], "description": "Norm compared with the yield stress" },
-            "partner_shapes": { "type": "object", "description": "Source of each rigid partner, about its centre of mass" },
             "bonded": {
                 "type": "array",
                 "items": { "type": "array", "items": { "type": "string" }, "minItems": 2, "maxItems": 2 },
                 "description": "Pairs of own bodies that stick together"
-            },
-            "carry_gaussians": {
-                "type": "array",
-                "items": { "type": "string" },
-                "description": "Bodies whose particles integrate the total deformation gradient"
             }
         }
     })
@@ -66,9 +53,7 @@ impl Params {
                     params.norm = if value == "genesis" { YieldNorm::Genesis } else { YieldNorm::Physical };
                     value == "genesis" || value == "physical"
                 }
-                "partner_shapes" => read_into(&mut params.shapes, value),
                 "bonded" => read_into(&mut params.bonded, value),
-                "carry_gaussians" => read_into(&mut params.carry, value),
                 _ => false,
             };
             if !fits {

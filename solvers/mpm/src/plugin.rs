@@ -9,6 +9,7 @@ use cosplat_core::plugin::{
     BoundaryOutput, Descriptor, Inputs, InterfaceReport, InterfaceRole, Outputs, Plugin, PluginError, Pulse, Report,
     Saves, Setup, SetupBoundary, SolverScene, StateReader, StateSink, Step,
 };
+use cosplat_core::visual::{VisualForm, VisualState};
 
 use crate::kick::{Kick, Kicks};
 use crate::model::Model;
@@ -19,6 +20,7 @@ use crate::real::Real;
 use crate::show::statics;
 use crate::sim::{Books, Course, Sim};
 use crate::store::Store;
+use crate::touch::Nodes;
 use crate::walls::Walls;
 
 /// Stretch clamps per particle and substep above which a result means nothing.
@@ -51,7 +53,7 @@ impl<R: Real> Plugin for Mpm<R> {
             version: env!("CARGO_PKG_VERSION").into(),
             summary: format!("Material points: elastic and elastoplastic solids, {}", R::NAME),
             protocol: [PROTOCOL, PROTOCOL],
-            body_kinds: ["box", "sphere", "cylinder", "points", "cloud"].map(String::from).into(),
+            body_kinds: ["box", "sphere", "cylinder", "points", "cloud", "mesh", "splat"].map(String::from).into(),
             materials: ["elastic", "elastoplastic"].map(String::from).into(),
             roles: vec![InterfaceRole::ResolveProxy, InterfaceRole::Respond],
             boundary: if double {
@@ -59,6 +61,7 @@ impl<R: Real> Plugin for Mpm<R> {
             } else {
                 BoundaryForm::SamplesF32 { normals: true }
             },
+            visual: Some(VisualForm::Particles { gradients: true }),
             features: features.map(String::from).into(),
             probes: Vec::new(),
             saves: Saves { bytes: true, deterministic: true },
@@ -103,9 +106,17 @@ impl<R: Real> Plugin for Mpm<R> {
         Ok(run.outputs(step.start_s + length, &course, &residuals))
     }
 
+    fn visual(&self, body: &str) -> Option<VisualState> {
+        let run = self.run.as_ref()?;
+        let index = run.model.names.iter().position(|name| name == body)?;
+        let firsts = run.model.firsts();
+        Some(run.sim.visual(firsts[index]..firsts[index + 1], run.model.shown[index].is_capture))
+    }
+
     fn save(&self, sink: &mut dyn StateSink) {
         let Some(run) = &self.run else { return };
         run.sim.store.save(sink);
+        run.sim.contact.save(sink);
         sink.f64(run.dissipated);
         for foreseen in &run.foreseen {
             sink.u64(u64::from(foreseen.is_some()));
@@ -117,6 +128,8 @@ impl<R: Real> Plugin for Mpm<R> {
         let run = self.run.as_mut().ok_or_else(not_set_up)?;
         let mut reader = StateReader::new(state);
         let store = run.sim.store.load(&mut reader, run.model.names.len())?;
+        let colliders = run.model.walls.len() + run.sim.setting.partners.len();
+        let memory = Nodes::load(&mut reader, store.len() as u64, colliders as u64)?;
         let dissipated = reader.f64()?;
         let mut foreseen = Vec::new();
         for _ in &run.foreseen {
@@ -126,6 +139,7 @@ impl<R: Real> Plugin for Mpm<R> {
         }
         reader.end()?;
         run.sim.store = store;
+        run.sim.contact.resume(memory);
         (run.dissipated, run.foreseen) = (dissipated, foreseen);
         run.sim.rebuild(true);
         Ok(())
@@ -203,7 +217,7 @@ impl<R: Real> Run<R> {
             if wanted.iter().flatten().any(|j| !j.is_finite()) {
                 return Err(PluginError::Physics(format!("impulses at interface {} are not finite", input.interface)));
             }
-            let ids = surface.iter().map(|&(id, _)| id).collect();
+            let ids = surface.iter().map(|mark| mark.id).collect();
             kicks.push(Kick::new(index, ids, wanted.clone(), input.spread));
         }
         Ok(Kicks(kicks))
@@ -244,7 +258,9 @@ impl<R: Real> Run<R> {
         let counters = [
             ("stretch-clamps", books.clamped),
             ("rollbacks", books.rollbacks),
-            ("nodes-near-two-colliders", books.shared),
+            ("contact-places", books.places),
+            ("contact-passes", books.passes),
+            ("contact-unsettled", books.unsettled),
             ("sorts", books.sorts),
         ];
         let report = Report {

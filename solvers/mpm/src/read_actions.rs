@@ -8,12 +8,7 @@ use crate::model::Shown;
 use crate::push::{Action, Influence};
 
 /// Reads all actions; what is missing is added to `refused`.
-pub(crate) fn actions(
-    scene: &SolverScene,
-    shown: &[Shown],
-    particles: &[u64],
-    refused: &mut Vec<String>,
-) -> Vec<Action> {
+pub(crate) fn actions(scene: &SolverScene, shown: &[Shown], refused: &mut Vec<String>) -> Vec<Action> {
     let mut list = Vec::new();
     for action in &scene.actions {
         let all = action.bodies.is_empty();
@@ -26,7 +21,7 @@ pub(crate) fn actions(
         let mut each = |per_mass: &dyn Fn(f64) -> Influence| {
             for (i, _) in acts.iter().enumerate().filter(|(_, acts)| **acts) {
                 let only = (0..acts.len()).map(|k| k == i).collect();
-                add(per_mass(1.0 / (shown[i].mass * particles[i] as f64)), only, false);
+                add(per_mass(1.0 / shown[i].mass), only, false);
             }
         };
         match action.kind {

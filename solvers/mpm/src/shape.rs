@@ -1,8 +1,12 @@
-//! Signed distances of analytic shapes: negative inside, with the outward normal.
+//! Signed distances of shapes: negative inside, with the outward normal.
+
+use std::sync::Arc;
 
 use cosplat_core::boundary::{dot, norm, scale, sub};
 use cosplat_core::scene::{Pose, Source};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use crate::mesh::MeshSolid;
 
 /// Distance to a surface \[m\] and the unit normal of its nearest point.
 pub(crate) type Distance = (f64, [f64; 3]);
@@ -13,8 +17,8 @@ pub(crate) trait SignedDistance {
     fn distance(&self, x: [f64; 3]) -> (f64, [f64; 3]);
 }
 
-/// An analytic shape in its own frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A shape in its own frame.
+#[derive(Clone, Debug)]
 pub(crate) enum Shape {
     /// Half space below z = 0, or below a rectangle of half extents.
     Plane(Option<[f64; 2]>),
@@ -24,10 +28,12 @@ pub(crate) enum Shape {
     Sphere(f64),
     /// Radius and half height along z.
     Cylinder(f64, f64),
+    /// Closed triangle mesh.
+    Mesh(Arc<MeshSolid>),
 }
 
 impl Shape {
-    /// Shape of a source, where there is one.
+    /// Shape of a source that is a formula.
     pub(crate) fn of(source: &Source) -> Option<Self> {
         Some(match *source {
             Source::Plane { size_m } => Self::Plane(size_m.map(|s| s.map(|s| 0.5 * s))),
@@ -37,21 +43,11 @@ impl Shape {
             _ => return None,
         })
     }
-
-    /// Radius about its centre that holds it; infinite for planes.
-    pub(crate) fn reach(&self) -> f64 {
-        match *self {
-            Self::Plane(_) => f64::INFINITY,
-            Self::Box(half) => norm(half),
-            Self::Sphere(radius) => radius,
-            Self::Cylinder(radius, half) => radius.hypot(half),
-        }
-    }
 }
 
 impl SignedDistance for Shape {
     fn distance(&self, x: [f64; 3]) -> Distance {
-        match *self {
+        match self {
             Self::Plane(half) => {
                 let beside = half.is_some_and(|h| x[0].abs() > h[0] || x[1].abs() > h[1]);
                 (if beside { f64::INFINITY } else { x[2] }, [0.0, 0.0, 1.0])
@@ -60,14 +56,15 @@ impl SignedDistance for Shape {
                 let r = norm(x);
                 (r - radius, if r > 0.0 { scale(x, 1.0 / r) } else { [0.0, 0.0, 1.0] })
             }
-            Self::Box(half) => in_box(x, half),
+            Self::Box(half) => in_box(x, *half),
             Self::Cylinder(radius, half) => {
                 // A rectangle in the half plane of (distance from the axis, height).
                 let r = x[0].hypot(x[1]);
-                let (d, n) = in_box([r, x[2], 0.0], [radius, half, f64::INFINITY]);
+                let (d, n) = in_box([r, x[2], 0.0], [*radius, *half, f64::INFINITY]);
                 let out = if r > 0.0 { [x[0] / r, x[1] / r] } else { [1.0, 0.0] };
                 (d, [n[0] * out[0], n[0] * out[1], n[1]])
             }
+            Self::Mesh(mesh) => mesh.distance(x),
         }
     }
 }
@@ -87,7 +84,7 @@ fn in_box(x: [f64; 3], half: [f64; 3]) -> Distance {
 }
 
 /// A shape somewhere.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Placed {
     shape: Shape,
     center: [f64; 3],
@@ -107,20 +104,30 @@ impl Placed {
 
     /// Lower bound of the distance of anything within `radius` of `x`.
     pub(crate) fn at_least(&self, x: [f64; 3], radius: f64) -> f64 {
-        match self.shape {
+        let from_center = norm(sub(x, self.center));
+        let of_center = match &self.shape {
             Shape::Plane(_) => {
                 let normal: [f64; 3] = (self.rotation * Vector3::z()).into();
-                dot(normal, sub(x, self.center)) - radius
+                dot(normal, sub(x, self.center))
             }
-            shape => norm(sub(x, self.center)) - shape.reach() - radius,
-        }
+            Shape::Box(half) => from_center - norm(*half),
+            Shape::Sphere(radius) => from_center - radius,
+            Shape::Cylinder(radius, half) => from_center - radius.hypot(*half),
+            // The box is worth a look only near it.
+            Shape::Mesh(mesh) if from_center - mesh.radius() > radius => from_center - mesh.radius(),
+            Shape::Mesh(mesh) => mesh.box_distance(self.local(x)),
+        };
+        of_center - radius
+    }
+
+    fn local(&self, x: [f64; 3]) -> [f64; 3] {
+        (self.rotation.inverse() * Vector3::from(sub(x, self.center))).into()
     }
 }
 
 impl SignedDistance for Placed {
     fn distance(&self, x: [f64; 3]) -> Distance {
-        let local = self.rotation.inverse() * Vector3::from(sub(x, self.center));
-        let (d, n) = self.shape.distance(local.into());
+        let (d, n) = self.shape.distance(self.local(x));
         (d, (self.rotation * Vector3::from(n)).into())
     }
 }
@@ -133,7 +140,7 @@ mod tests {
     fn normals_are_gradients() {
         let shapes = [Shape::Box([0.3, 0.2, 0.5]), Shape::Sphere(0.4), Shape::Cylinder(0.3, 0.2), Shape::Plane(None)];
         for shape in shapes {
-            let placed = Placed::new(shape, [0.1, -0.2, 0.05], [0.1, 0.5, -0.1, 0.854_400_374_531_753]);
+            let placed = Placed::new(shape.clone(), [0.1, -0.2, 0.05], [0.1, 0.5, -0.1, 0.854_400_374_531_753]);
             for i in 0..40 {
                 let t = f64::from(i) * 0.7;
                 let x = [0.6 * t.sin(), 0.5 * (1.3 * t).cos(), 0.7 * (0.37 * t).sin()];

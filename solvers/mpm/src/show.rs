@@ -1,42 +1,60 @@
-//! What a body shows to others: its surface particles.
+//! What others see of a body: its surface particles for partners, all of them for pictures.
+
+use std::ops::Range;
 
 use cosplat_core::boundary::{BoundaryState, SampleStatics, Samples};
+use cosplat_core::visual::VisualState;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::model::Shown;
 use crate::real::Real;
 use crate::sim::Sim;
-use crate::store::V;
+use crate::store::{Block, V};
 
 /// Constants of a body's samples.
 pub(crate) fn statics(shown: &Shown, first: u32) -> SampleStatics {
-    let n = shown.surface.len();
+    let marks = || shown.surface.iter();
     SampleStatics {
-        id: shown.surface.iter().map(|&(id, _)| u64::from(id - first)).collect(),
-        area_m2: vec![shown.area; n],
-        volume_m3: vec![shown.volume; n],
-        mass_kg: vec![shown.mass; n],
+        id: marks().map(|m| u64::from(m.id - first)).collect(),
+        area_m2: marks().map(|m| m.area).collect(),
+        volume_m3: marks().map(|m| m.volume).collect(),
+        mass_kg: marks().map(|m| m.mass).collect(),
     }
 }
 
 impl<R: Real> Sim<R> {
     /// A body's samples now. Normals turn as areas do, with the cofactors of the total deformation gradient.
     pub(crate) fn samples(&self, shown: &Shown) -> BoundaryState {
-        let (store, dx) = (&self.store, self.setting.dx);
-        let corner: Vec<&crate::store::Block> =
-            store.blocks.iter().flat_map(|b| std::iter::repeat_n(b, b.quads as usize)).collect();
+        let (store, dx, home) = (&self.store, self.setting.dx, self.homes());
         let mut samples = Samples::default();
-        for &(id, normal) in &shown.surface {
-            let slot = store.slot[id as usize] as usize;
-            samples.position.push(store.position(corner[slot / 4], slot, dx));
+        for mark in &shown.surface {
+            let slot = store.slot[mark.id as usize] as usize;
+            samples.position.push(store.position(home[slot / 4], slot, dx));
             samples.velocity.push(store.triple(slot, V));
-            samples.normal.push(self.total_gradient(slot).map_or(normal, |f| turned(f, normal)));
+            samples.normal.push(self.total_gradient(slot).map_or(mark.normal, |f| turned(f, mark.normal)));
         }
         BoundaryState::Samples(samples)
     }
 
+    /// Particles with those identities, in that order, with their total deformation gradients where they are asked for.
+    pub(crate) fn visual(&self, ids: Range<u64>, gradients: bool) -> VisualState {
+        let (store, dx, home) = (&self.store, self.setting.dx, self.homes());
+        let slots = || ids.clone().map(|id| store.slot[id as usize] as usize);
+        let identity = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        let gradient = slots().map(|slot| self.total_gradient(slot).unwrap_or(identity).map(|f| f as f32));
+        VisualState::Particles {
+            position: slots().map(|slot| store.position(home[slot / 4], slot, dx)).collect(),
+            gradient: if gradients { gradient.collect() } else { Vec::new() },
+        }
+    }
+
+    /// Block of each quad.
+    fn homes(&self) -> Vec<&Block> {
+        self.store.blocks.iter().flat_map(|b| std::iter::repeat_n(b, b.quads as usize)).collect()
+    }
+
     /// Total deformation gradient of a particle, rows, where it is carried.
-    pub(crate) fn total_gradient(&self, slot: usize) -> Option<[f64; 9]> {
+    fn total_gradient(&self, slot: usize) -> Option<[f64; 9]> {
         let numbers: &[R] = bytemuck::cast_slice(self.store.grads.get(slot / 4..=slot / 4)?);
         Some(std::array::from_fn(|k| numbers[k * 4 + slot % 4].f64()))
     }

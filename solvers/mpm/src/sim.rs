@@ -9,13 +9,15 @@ use crate::grid::{EMPTY, Grid, Substep};
 use crate::kick::Kicks;
 use crate::law::Law;
 use crate::particles::Tiles;
-use crate::proxy::{Partner, Proxy, resolve};
+use crate::proxy::{Partner, Proxy};
 use crate::push::{Action, Push};
 use crate::real::Real;
+use crate::settle::collide;
 use crate::stable::{Bound, Limits};
 use crate::store::Store;
 use crate::tally::Tally;
 use crate::topology::Topology;
+use crate::touch::Nodes;
 use crate::walls::Walls;
 
 /// Substeps between two choices of their length, and between two safe copies of the state.
@@ -59,7 +61,7 @@ pub(crate) struct Setting<R: Real> {
 pub(crate) struct Books {
     /// Outside influences and walls.
     pub(crate) external: Tally,
-    /// Energy lost to plastic flow, friction and impact since the start of the run \[J\].
+    /// Energy lost to plastic flow and friction since the start of the run \[J\].
     pub(crate) dissipated: f64,
     /// Substeps.
     pub(crate) substeps: u64,
@@ -69,8 +71,12 @@ pub(crate) struct Books {
     pub(crate) clamped: u64,
     /// Segments repeated with half the substep.
     pub(crate) rollbacks: u64,
-    /// Nodes within reach of two colliders, summed over substeps.
-    pub(crate) shared: u64,
+    /// Places where a body touched a collider, summed over substeps.
+    pub(crate) places: u64,
+    /// Passes over touching places that their impulses took.
+    pub(crate) passes: u64,
+    /// Substeps whose contact impulses had not settled.
+    pub(crate) unsettled: u64,
     /// Re-sorts.
     pub(crate) sorts: u64,
 }
@@ -84,6 +90,7 @@ pub(crate) struct Sim<R: Real> {
     topology: Topology,
     tiles: Tiles<R>,
     grid: Grid<R>,
+    pub(crate) contact: Nodes,
     /// Particles at the start of the segment.
     safe: Store<R>,
 }
@@ -112,6 +119,7 @@ impl<R: Real> Sim<R> {
             topology: Topology::default(),
             tiles: Tiles::default(),
             grid: Grid::default(),
+            contact: Nodes::default(),
             safe: Store::default(),
         };
         sim.rebuild(true);
@@ -128,7 +136,7 @@ impl<R: Real> Sim<R> {
         if changed {
             self.topology = Topology::new(&self.store.blocks);
             self.grid.prepare(&self.topology);
-            self.walls.prepare(&self.topology, self.setting.dx);
+            self.walls.prepare(&self.store.blocks, self.setting.dx);
         }
         self.tiles.prepare(&self.store);
     }
@@ -174,6 +182,7 @@ impl<R: Real> Sim<R> {
             *course = safe;
             course.books.rollbacks = rollbacks;
             self.rebuild(true);
+            self.contact.start_afresh();
             halvings += 1;
             if halvings > MOST_ROLLBACKS {
                 return Err(PluginError::Physics(complaint));
@@ -198,7 +207,7 @@ impl<R: Real> Sim<R> {
 
     /// One substep. False when it left the range in which its result means anything.
     fn substep(&mut self, course: &mut Course, from: f64, dt: f64) -> bool {
-        let Self { setting, store, walls, topology, tiles, grid, .. } = self;
+        let Self { setting, store, walls, topology, tiles, grid, contact, .. } = self;
         let parallel = setting.threads && store.len() >= SERIAL_BELOW;
         let step = Substep { topology, dx: setting.dx, dt, empty: EMPTY * setting.lightest, parallel };
         let start = course.start + from;
@@ -208,16 +217,16 @@ impl<R: Real> Sim<R> {
         grid.gather(&step, &tiles.list, &tiles.extents, &push);
         let (lost, _) = setting.pairs.exchange(&step, grid);
         course.books.dissipated += lost;
-        if !course.proxies.is_empty() {
-            course.books.shared += resolve(&step, grid, walls, &setting.partners, &mut course.proxies);
-        }
-        grid.stop(&step, walls);
+        let met = collide(&step, (store, grid), walls, &setting.partners, &mut course.proxies, contact);
+        course.books.external.add(&met.walls);
+        course.books.dissipated += met.lost;
+        course.books.places += met.places;
+        course.books.passes += met.passes;
+        course.books.unsettled += u64::from(met.unsettled);
         tiles.empty(&step, grid, store, &setting.laws);
         tiles.carry(&step, store, &setting.carries);
         for group in &grid.groups {
             course.books.external.add(&group.pushed);
-            course.books.external.add(&group.walls);
-            course.books.dissipated -= group.walls.work;
         }
         let (mut speed, mut rate, mut strayed) = (0.0_f64, 0.0_f64, false);
         for out in &tiles.out {

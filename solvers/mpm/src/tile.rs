@@ -15,6 +15,12 @@ pub(crate) type Tile<R> = [<R as Real>::V; TILE];
 /// The same for a grid block.
 pub(crate) type Nodes<R> = [<R as Real>::V; NODES];
 
+/// Node `n` of the grid block at `at` in the world \[m\].
+pub(crate) fn node_position(at: [i32; 3], n: usize, dx: f64) -> [f64; 3] {
+    let local = [n / 16, n / 4 % 4, n % 4];
+    [0, 1, 2].map(|k| (4.0 * f64::from(at[k]) + local[k] as f64) * dx)
+}
+
 /// Nodes in use along each axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Extent {

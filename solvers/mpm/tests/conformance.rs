@@ -75,8 +75,7 @@ fn resolver<R: Real>() -> Case {
     scene.interfaces = vec![parts::view(2, ViewRole::ContactResolver, "block", "rock", Vec::new())];
     scene.interfaces[0].pair = Some(pair("block", "rock"));
     scene.interfaces[0].partner_form = BoundaryForm::Proxy;
-    let shape = serde_json::to_value(Source::Sphere { radius_m: 0.05 }).expect("plain data");
-    scene.params.insert("partner_shapes".into(), serde_json::json!({ "rock": shape }));
+    scene.interfaces[0].partner_source = Some(Source::Sphere { radius_m: 0.05 });
     let length_s = scene.clock.window_s();
     let windows = (0..4).map(|w| {
         let record = ProxyRecord {

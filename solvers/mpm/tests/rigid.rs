@@ -3,81 +3,12 @@
 #[cfg(test)]
 mod common;
 
-use common::{Run, body, cuboid, elastic, gravity, plane, scene, set};
-use cosplat_core::boundary::{BoundaryState, Impulses, ProxyRecord, add, cross, norm, scale, sub};
-use cosplat_core::plan::BoundaryForm;
-use cosplat_core::plugin::{ImpulseInput, Inputs, InterfaceView, Outputs, PartnerInput, SolverScene, ViewRole};
-use cosplat_core::scene::{ContactLaw, MotionRule, PairSpec, Source, Wall};
+use common::rock::{Rock, view, with_rock};
+use common::{Run, body, cuboid, elastic, gravity, plane, scene};
+use cosplat_core::boundary::{BoundaryState, Impulses, add, cross, norm, scale, sub};
+use cosplat_core::plugin::{ImpulseInput, Inputs, ViewRole};
+use cosplat_core::scene::{Source, Wall};
 use cosplat_mpm::Real;
-
-fn view(role: ViewRole, own: &str, friction: f64) -> InterfaceView {
-    InterfaceView {
-        id: 0,
-        role,
-        own: own.into(),
-        partner: "rock".into(),
-        partner_form: BoundaryForm::Proxy,
-        partner_source: None,
-        rule: MotionRule::Linear,
-        pair: Some(PairSpec {
-            a: own.into(),
-            b: "rock".into(),
-            static_friction: friction,
-            kinetic_friction: friction,
-            restitution: 0.0,
-            softness_m: 0.002,
-            contact: ContactLaw::Physical,
-            resolver: None,
-            enabled: true,
-        }),
-        links: Vec::new(),
-    }
-}
-
-fn with_rock(scene: &mut SolverScene, own: &str, shape: &Source, friction: f64) {
-    scene.interfaces.push(view(ViewRole::ContactResolver, own, friction));
-    let shapes = serde_json::json!({ "rock": serde_json::to_value(shape).expect("plain data") });
-    set(scene, "partner_shapes", shapes);
-}
-
-/// A free rigid ball-like body: isotropic inertia.
-struct Rock {
-    record: ProxyRecord,
-    gravity: [f64; 3],
-}
-
-impl Rock {
-    fn new(mass: f64, inertia: f64, position: [f64; 3], velocity: [f64; 3], gravity: [f64; 3]) -> Self {
-        let record = ProxyRecord {
-            position,
-            orientation: common::UPRIGHT,
-            linear_velocity: velocity,
-            angular_velocity: [0.0; 3],
-            mass,
-            inertia: [inertia, inertia, inertia, 0.0, 0.0, 0.0],
-            share: 1.0,
-            background_linear: gravity,
-            background_angular: [0.0; 3],
-        };
-        Self { record, gravity }
-    }
-
-    fn inputs(&self, length_s: f64) -> Inputs {
-        let now = BoundaryState::Proxy(self.record);
-        let partner = PartnerInput { interface: 0, rule: MotionRule::Linear, now, next: None, length_s };
-        Inputs { partners: vec![partner], impulses: Vec::new() }
-    }
-
-    /// Takes the impulse of a window of that length, then moves.
-    fn take(&mut self, outputs: &Outputs, length_s: f64) {
-        let Impulses::Rigid(j) = &outputs.impulses[0].1 else { panic!("a rigid impulse") };
-        let r = &mut self.record;
-        let gained = add(scale(j.linear, 1.0 / r.mass), scale(self.gravity, length_s));
-        r.linear_velocity = add(r.linear_velocity, gained);
-        r.angular_velocity = add(r.angular_velocity, scale(j.angular, 1.0 / r.inertia[0]));
-        r.position = add(r.position, scale(r.linear_velocity, length_s));
-    }
-}
 
 /// Mass on a bar (table D15): relative L2 error of the mass's velocity until 2 L/c, and error of the impulse until 95 %
 /// of it (the wave turns round half a cell before the foot, so its return comes early).

@@ -12,6 +12,13 @@ const FLAT: f64 = 1e-4;
 /// The weight of a neighbour ends at this many times the distance of the last one.
 const REACH: f64 = 1.1;
 
+/// Between these ratios of the largest distance that the fit leaves over to that of the farthest neighbour, a Gaussian
+/// goes over from the fit to its nearest particle: neighbours that part, as where material tears, have no common motion.
+const TORN: [f64; 2] = [1.0, 2.0];
+/// A fit of degree one explains any motion of four points. What moves against its neighbours by more than this many times
+/// their distance has parted from them too: a half turn makes two of it, with a stretch of two it makes three.
+const APART: f64 = 3.0;
+
 /// Weights and gradient vectors of each Gaussian's neighbours.
 ///
 /// With weights wᵢ, Σ wᵢ = 1, centroid x̄ = Σ wᵢ xᵢ, moments M = Σ wᵢ (xᵢ − x̄)(xᵢ − x̄)ᵀ and gᵢ = wᵢ M⁻¹ (xᵢ − x̄), the
@@ -82,7 +89,7 @@ impl Affine {
     }
 
     /// The map around one Gaussian. The centre follows the fit; the gradient is the weighted mean of the particles'
-    /// own where they are given, else that of the fit.
+    /// own where they are given, else that of the fit. Where the neighbours part, the nearest one is followed instead.
     pub(super) fn local(&self, i: usize, particles: &Particles<'_>) -> Local {
         let range = i * self.neighbours..(i + 1) * self.neighbours;
         let move_of = |p: u32| wide(particles.now[p as usize]) - wide(particles.rest[p as usize]);
@@ -93,6 +100,7 @@ impl Affine {
             mean += relative * f64::from(self.weights[n]);
             slope += relative * wide(self.gradients[n]).transpose();
         }
+        let torn = self.torn(i, particles, &first, &mean, &slope);
         if is_direction(self.normals[i]) {
             slope += turn_normal(&slope, &wide(self.normals[i]));
         }
@@ -102,12 +110,46 @@ impl Affine {
             Some(all) => {
                 let base = matrix(all[self.indices[range.start] as usize]);
                 let differences =
-                    range.map(|n| (matrix(all[self.indices[n] as usize]) - base) * f64::from(self.weights[n]));
+                    range.clone().map(|n| (matrix(all[self.indices[n] as usize]) - base) * f64::from(self.weights[n]));
                 differences.fold(base, |sum, d| sum + d)
             }
             None => Matrix3::identity() + slope,
         };
-        Local { displacement, gradient }
+        if torn == 0.0 {
+            return Local { displacement, gradient };
+        }
+        let own = particles.gradients.map_or_else(Matrix3::identity, |f| matrix(f[self.indices[range.start] as usize]));
+        Local { displacement: displacement.lerp(&first, torn), gradient: gradient * (1.0 - torn) + own * torn }
+    }
+
+    /// How far the neighbours have parted, 0 to 1: a smooth step over [`TORN`].
+    fn torn(
+        &self,
+        i: usize,
+        particles: &Particles<'_>,
+        first: &Vector3<f64>,
+        mean: &Vector3<f64>,
+        slope: &Matrix3<f64>,
+    ) -> f64 {
+        if *slope == Matrix3::zeros() {
+            return 0.0;
+        }
+        let range = i * self.neighbours..(i + 1) * self.neighbours;
+        let rest = |n: usize| wide(particles.rest[self.indices[n] as usize]);
+        let weight = |n: usize| f64::from(self.weights[n]);
+        let nearest = rest(range.start);
+        let middle: Vector3<f64> = range.clone().map(|n| (rest(n) - nearest) * weight(n)).sum();
+        let (mut left, mut spread) = (0.0_f64, 0.0_f64);
+        for n in range {
+            let arm = rest(n) - nearest - middle;
+            let moved = wide(particles.now[self.indices[n] as usize]) - rest(n) - first;
+            let over = (moved - mean - slope * arm).norm_squared();
+            left = left.max(over).max((moved - mean).norm_squared() / (APART * APART));
+            spread = spread.max(arm.norm_squared());
+        }
+        let ratio = if spread > 0.0 { (left / spread).sqrt() } else { 0.0 };
+        let part = ((ratio - TORN[0]) / (TORN[1] - TORN[0])).clamp(0.0, 1.0);
+        part * part * (3.0 - 2.0 * part)
     }
 }
 

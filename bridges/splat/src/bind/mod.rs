@@ -5,7 +5,7 @@
 
 mod affine;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use thiserror::Error;
 
 use crate::linalg::wide;
@@ -64,6 +64,9 @@ pub enum BindError {
     /// A Gaussian names a particle that is not there.
     #[error("Gaussian {0} follows particle {1}, and there are {2}")]
     Index(usize, u32, usize),
+    /// A pose that is none.
+    #[error("a pose needs a finite position and a quaternion other than zero")]
+    Pose,
 }
 
 /// What the Gaussians of a body follow.
@@ -128,11 +131,37 @@ fn follow(splats: &Splats, particles: &Particles<'_>, gaussian: usize, particle:
 }
 
 /// A matrix from its rows.
-fn matrix(rows: [f32; 9]) -> Matrix3<f64> {
+pub(crate) fn matrix(rows: [f32; 9]) -> Matrix3<f64> {
     Matrix3::from_row_slice(&rows.map(f64::from))
 }
 
 impl Frame {
+    /// No motion.
+    pub fn identity() -> Frame {
+        Frame { rotation: Matrix3::identity(), translation: Vector3::zeros() }
+    }
+
+    /// A pose: position \[m\] and quaternion `[x, y, z, w]` of any length but zero, with which it is divided. The
+    /// quaternion of no rotation gives exactly the identity.
+    ///
+    /// # Errors
+    /// A number is not finite, or the quaternion is zero.
+    pub fn of_pose(position: [f64; 3], orientation: [f64; 4]) -> Result<Frame, BindError> {
+        let [x, y, z, w] = orientation;
+        let q = Quaternion::new(w, x, y, z);
+        let length = q.norm();
+        if !(length > 0.0 && length.is_finite() && position.iter().all(|v| v.is_finite())) {
+            return Err(BindError::Pose);
+        }
+        let rotation = UnitQuaternion::new_unchecked(q / length).to_rotation_matrix().into_inner();
+        Ok(Frame { rotation, translation: position.into() })
+    }
+
+    /// The image of a point.
+    pub fn point(&self, p: Vector3<f64>) -> Vector3<f64> {
+        self.rotation * p + self.translation
+    }
+
     /// The map around a Gaussian of a rigid body.
     pub fn local(&self, position: [f32; 3]) -> Local {
         let x = wide(position);

@@ -31,6 +31,8 @@ const MOST: f64 = 2e8;
 /// Sizes of voxels that are tried, in units of the spacing.
 const PITCHES: [f64; 4] = [1.0, 1.5, 2.25, 3.4];
 
+type Points = Vec<[f32; 3]>;
+
 /// How a body is filled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -63,8 +65,8 @@ pub struct Filling {
     pub proxies: Vec<[f32; 3]>,
     /// Volume of one proxy: h³.
     pub volume_each: f64,
-    /// Lattice points inside, those nearer to the surface than the margin among them.
-    pub inside: usize,
+    /// All lattice points inside, those nearer to the surface than the margin among them, in the same order.
+    pub interior: Vec<[f32; 3]>,
     /// Surface points after thinning.
     pub surface_points: usize,
     /// Surface points with outside on both sides or on none: they count little for the winding number.
@@ -76,7 +78,7 @@ pub struct Filling {
 impl Filling {
     /// Volume inside the surface, its skin included.
     pub fn inside_volume(&self) -> f64 {
-        self.inside as f64 * self.volume_each
+        self.interior.len() as f64 * self.volume_each
     }
 }
 
@@ -127,28 +129,29 @@ pub fn fill(splats: &Splats, settings: &Settings) -> Result<Filling, FillError> 
     let size = ((upper / h).map(f64::floor) - first).map(|n| n as usize + 1);
     let at = |x: usize, y: usize, z: usize| (first + Vector3::new(x as f64, y as f64, z as f64)).add_scalar(0.5) * h;
     let plane = |z: usize| {
-        let (mut inside, mut proxies, mut found) = (0, Vec::new(), Vec::new());
+        let (mut inside, mut proxies, mut found) = (Vec::new(), Vec::new(), Vec::new());
         for y in 0..size.y {
             for x in 0..size.x {
                 let p = at(x, y, z);
                 if voxels.is_outside(p) || winding.at(p) <= 0.5 {
                     continue;
                 }
-                inside += 1;
+                let place: [f32; 3] = p.map(|v| v as f32).into();
+                inside.push(place);
                 grid.nearest(p, 1, &mut found);
                 let Some(&(_, nearest)) = found.first() else { continue };
                 let nearest = nearest as usize;
                 let spread = (settings.sigmas * surface.sigmas[nearest]).min(settings.largest_margin * h);
                 if surface.depth(nearest, p) >= spread.max(settings.margin * h) {
-                    proxies.push(p.map(|v| v as f32).into());
+                    proxies.push(place);
                 }
             }
         }
         (inside, proxies)
     };
-    let planes: Vec<(usize, Vec<[f32; 3]>)> = (0..size.z).into_par_iter().map(plane).collect();
+    let planes: Vec<(Points, Points)> = (0..size.z).into_par_iter().map(plane).collect();
     Ok(Filling {
-        inside: planes.iter().map(|p| p.0).sum(),
+        interior: planes.iter().flat_map(|p| p.0.iter().copied()).collect(),
         proxies: planes.into_iter().flat_map(|p| p.1).collect(),
         volume_each: h * h * h,
         surface_points: surface.points.len(),

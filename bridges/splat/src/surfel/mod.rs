@@ -1,9 +1,15 @@
-//! Gaussians for bodies that were never captured: flat ones on their surface.
+//! Gaussians for bodies that were never captured: flat ones on their surface, round ones at particles.
+
+mod dots;
+mod light;
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::linalg::{perpendicular, quaternion_of};
 use crate::splats::{Axes, Splats, dc_of_colour, logit_of_opacity};
+
+pub use dots::dots;
+pub use light::{Light, display_of_linear, grained, linear_of_display, lit};
 
 /// Standard deviation along the surface, in units of the square root of a sample's area. At 0.6 a lattice of samples
 /// covers its surface without a visible grid.

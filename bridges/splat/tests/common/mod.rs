@@ -5,6 +5,7 @@
 use std::io::Write;
 
 use cosplat_splat::{Axes, Extra, Splats, coefficients};
+use nalgebra::{Matrix3, Vector3};
 
 /// Random numbers that are the same everywhere.
 pub(crate) struct Random(u64);
@@ -173,6 +174,14 @@ fn zip(members: &[(&str, Vec<u8>)]) -> Vec<u8> {
         [&b"PK\x05\x06\0\0\0\0"[..], &count, &count, &size.to_le_bytes(), &start.to_le_bytes(), &[0; 2]].concat(),
     );
     out
+}
+
+/// Covariance of a Gaussian.
+pub(crate) fn covariance(s: &Splats, i: usize) -> Matrix3<f64> {
+    let [w, x, y, z] = s.rotations[i].map(f64::from);
+    let q = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, x, y, z));
+    let m = q.to_rotation_matrix().into_inner() * Matrix3::from_diagonal(&Vector3::from(s.scales(i)));
+    m * m.transpose()
 }
 
 /// The folder of captured scenes, if there is one.

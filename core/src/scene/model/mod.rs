@@ -119,6 +119,7 @@ pub struct SolverSpec {
 
 /// `[output]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a file that a scene may or may not want")]
 pub struct OutputSpec {
     /// Write `trace.json` for Perfetto.
     pub trace: bool,
@@ -183,6 +184,8 @@ pub struct RunSpec {
     pub join_limit_s: f64,
     /// A participant silent for this long ends the run \[s\].
     pub silence_limit_s: f64,
+    /// Make bodies rigid whose deformation cannot be seen.
+    pub rigidify: bool,
     /// Breaks one thing on purpose, to see that the gates notice.
     pub break_with: Option<Break>,
 }

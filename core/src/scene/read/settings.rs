@@ -140,12 +140,14 @@ pub(super) fn run(root: &Fields<'_>) -> RunSpec {
         threads: fields.opt("threads", |at| at.count(1..=4096) as usize),
         join_limit_s: fields.num_or("join_limit", DEFAULT_JOIN_LIMIT_S, TIME),
         silence_limit_s: fields.num_or("silence_limit", DEFAULT_SILENCE_LIMIT_S, TIME),
+        rigidify: fields.or("rigidify", true, |at| at.flag()),
         break_with: fields.opt("break", |at| at.word(&[("drop-reaction", Break::DropReaction)])).flatten(),
     };
     let default = RunSpec {
         threads: None,
         join_limit_s: DEFAULT_JOIN_LIMIT_S,
         silence_limit_s: DEFAULT_SILENCE_LIMIT_S,
+        rigidify: true,
         break_with: None,
     };
     root.opt("run", |at| at.table(read)).flatten().unwrap_or(default)

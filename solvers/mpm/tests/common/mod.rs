@@ -1,12 +1,15 @@
 //! Scenes of one solver, and a run of windows with the books checked.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+pub(crate) mod rock;
+
 use cosplat_core::boundary::{Wrench, add, norm, sub};
 use cosplat_core::plugin::{Inputs, Outputs, Plugin, PluginError, Setup, SolverScene, StateHasher, Steady, Step};
 use cosplat_core::scene::{
     Action, ActionKind, Body, Material, Pose, Source, Space, StaticCollider, VelocityField, Wall,
 };
 use cosplat_core::time::{Clock, Span};
+use cosplat_core::visual::VisualState;
 use cosplat_mpm::{Mpm, Real};
 
 pub(crate) const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
@@ -136,6 +139,14 @@ impl<R: Real> Run<R> {
         self.gross = report.bodies.iter().map(|b| b.gross_momentum).sum::<f64>().max(self.gross);
         self.momentum = after;
         Ok(outputs)
+    }
+
+    /// Positions of a body's particles \[m\].
+    pub(crate) fn particles(&self, body: &str) -> Vec<[f64; 3]> {
+        match self.plugin.visual(body) {
+            Some(VisualState::Particles { position, .. }) => position,
+            other => panic!("particles instead of {other:?}"),
+        }
     }
 
     pub(crate) fn hash(&self) -> u128 {

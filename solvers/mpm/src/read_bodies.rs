@@ -1,0 +1,112 @@
+//! Bodies of a scene as particles with mass, velocity and material.
+
+use cosplat_core::asset::Asset;
+use cosplat_core::boundary::{add, cross, scale, sub};
+use cosplat_core::scene::{Body, Material, Source, VelocityField};
+
+use crate::law::Law;
+use crate::model::{Mark, Shown};
+use crate::read::Reader;
+use crate::real::Real;
+use crate::sample::{Sampled, prepared, sample};
+use crate::store::Seed;
+
+impl Reader<'_> {
+    /// Material of a body.
+    pub(crate) fn law<R: Real>(&mut self, body: &Body) -> Law<R> {
+        match body.material {
+            Material::Elastoplastic { yield_stress_pa, .. } => {
+                body.material.lame().map(|lame| Law::elastoplastic(lame, yield_stress_pa, self.params.norm))
+            }
+            Material::Elastic { .. } => body.material.lame().map(Law::elastic),
+            _ => None,
+        }
+        .unwrap_or_else(|| {
+            self.refuse(format!("material {} (body `{}`)", body.material.name(), body.name));
+            Law::elastic(cosplat_core::scene::Lame { lambda_pa: 1.0, mu_pa: 1.0 })
+        })
+    }
+
+    /// Particles of a body, of which `first` come before, and what is shown of it.
+    pub(crate) fn body(&mut self, body: &Body, index: u32, first: u32) -> (Vec<Seed>, Shown) {
+        if body.prescribed.is_some() {
+            self.refuse(format!("prescribed motion (body `{}`)", body.name));
+        }
+        let has_interface = self.scene.is_coupled(&body.name);
+        let Sampled { points, volumes, surface, area } = match self.sampled(body, has_interface) {
+            Ok(sampled) => sampled,
+            Err(what) => {
+                self.refuse(what);
+                return (Vec::new(), Shown::default());
+            }
+        };
+        let turn = |v: [f64; 3]| body.pose.rotate(v);
+        let places: Vec<[f64; 3]> = points.iter().map(|&p| body.pose.apply(p)).collect();
+        let volume: f64 = volumes.iter().sum();
+        let mass = body.mass_kg.unwrap_or(body.material.density().unwrap_or(0.0) * volume);
+        let density = mass / volume;
+        let sound = |x: f64| x.is_finite() && x > 0.0;
+        if !(sound(mass) && volumes.iter().all(|&v| sound(v * density))) {
+            self.refuse(format!("bodies without a positive mass and volume (body `{}`)", body.name));
+        }
+        let weighted = places.iter().zip(&volumes).fold([0.0; 3], |s, (&x, &v)| add(s, scale(x, v)));
+        let center = scale(weighted, 1.0 / volume);
+        let seeds = places.iter().zip(&volumes).map(|(&position, &volume)| {
+            let (velocity, gradient) = velocity_at(&body.velocity, position, center);
+            Seed { position, velocity, gradient, mass: density * volume, volume, body: index }
+        });
+        let each = area / surface.len().max(1) as f64;
+        let mark = |&(i, normal): &(usize, [f64; 3])| Mark {
+            id: first + i as u32,
+            normal: turn(normal),
+            area: each,
+            volume: volumes[i],
+            mass: density * volumes[i],
+        };
+        let shown = Shown {
+            has_interface,
+            is_capture: matches!(body.source, Source::Splat { .. }),
+            surface: surface.iter().map(mark).collect(),
+            volume,
+            mass,
+        };
+        (seeds.collect(), shown)
+    }
+
+    fn sampled(&self, body: &Body, shown: bool) -> Result<Sampled, String> {
+        if !matches!(body.source, Source::Splat { .. } | Source::Mesh { .. }) {
+            return sample(body, body.spacing_m.unwrap_or(0.5 * self.dx));
+        }
+        let name = &body.name;
+        let cloud = self.cloud(body).ok_or_else(|| {
+            format!("captures and meshes that were not filled with particles before the run (body `{name}`)")
+        })?;
+        let wrong = match Asset::Particles(cloud.clone()).check() {
+            Err(wrong) => wrong.to_string(),
+            Ok(()) if cloud.position_m.is_empty() => "it has no particle".into(),
+            Ok(()) if !(cloud.spacing_m.is_finite() && cloud.spacing_m > 0.0) => {
+                format!("its spacing is {} m", cloud.spacing_m)
+            }
+            Ok(()) => return Ok(prepared(cloud, shown)),
+        };
+        Err(format!("the particles that were prepared for body `{name}`: {wrong}"))
+    }
+}
+
+/// Velocity and its gradient at `x` for a body whose centre of mass is `center`.
+fn velocity_at(field: &VelocityField, x: [f64; 3], center: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
+    let spin = |[x, y, z]: [f64; 3]| [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]];
+    match *field {
+        VelocityField::Twist { linear_m_s, angular_rad_s } => {
+            (add(linear_m_s, cross(angular_rad_s, sub(x, center))), spin(angular_rad_s))
+        }
+        VelocityField::Rotation { angular_rad_s, about_m } => {
+            (cross(angular_rad_s, sub(x, about_m)), spin(angular_rad_s))
+        }
+        VelocityField::LinearMap { linear_m_s, gradient_1_s, about_m } => {
+            let r = sub(x, about_m);
+            let moved = gradient_1_s.map(|row| row[0] * r[0] + row[1] * r[1] + row[2] * r[2]);
+            (add(linear_m_s, moved), gradient_1_s)
+        }
+    }
+}

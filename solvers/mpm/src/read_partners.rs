@@ -1,0 +1,115 @@
+//! Colliders and rigid partners: their shapes and what they do to each body.
+
+use std::sync::Arc;
+
+use cosplat_core::asset::{Asset, AssetError};
+use cosplat_core::plan::BoundaryForm;
+use cosplat_core::plugin::{InterfaceView, ViewRole};
+use cosplat_core::scene::{Source, StaticCollider, Wall as WallKind};
+
+use crate::mesh::MeshSolid;
+use crate::model::Face;
+use crate::proxy::Partner;
+use crate::read::Reader;
+use crate::shape::{Placed, Shape};
+use crate::walls::{Surface, Wall};
+
+impl Reader<'_> {
+    /// Shape of a collider or partner, in its own frame or about its centre of mass.
+    fn shape(&mut self, name: &str, source: &Source, about_centre: bool) -> Option<Shape> {
+        if let Some(shape) = Shape::of(source) {
+            return Some(shape);
+        }
+        let Some(Asset::Mesh(mesh)) = self.scene.assets.get(name).map(AsRef::as_ref) else {
+            self.refuse(format!(
+                "colliders other than planes, boxes, spheres, cylinders and closed triangle meshes (`{name}`)"
+            ));
+            return None;
+        };
+        let checked = self.scene.assets[name].check();
+        let origin = || if about_centre { mesh.solid().map(|s| s.centroid_m) } else { Ok([0.0; 3]) };
+        match checked.and_then(|()| origin()).and_then(|origin| MeshSolid::new(mesh, origin, self.dx)) {
+            Ok(solid) => Some(Shape::Mesh(Arc::new(solid))),
+            Err(wrong) => {
+                let hint = match wrong {
+                    AssetError::Open(_) => {
+                        "; close its holes and merge vertices at the same place, or use a box, sphere, cylinder or plane"
+                    }
+                    _ => "",
+                };
+                self.refuse(format!("the mesh of `{name}` as a solid: {wrong}{hint}"));
+                None
+            }
+        }
+    }
+
+    /// A static collider.
+    pub(crate) fn wall(&mut self, wall: &StaticCollider) -> Option<Wall> {
+        if wall.motion.is_some() {
+            self.refuse(format!("moving static colliders (`{}`)", wall.name));
+        }
+        let shape = self.shape(&wall.name, &wall.source, false)?;
+        let plain = match wall.wall {
+            WallKind::NoSlip => Surface::Stick,
+            WallKind::Slip => Surface::Coulomb(0.0, 0.0),
+            WallKind::Friction { static_friction, kinetic_friction } => {
+                Surface::Coulomb(static_friction, kinetic_friction)
+            }
+        };
+        let surface = self.scene.bodies.iter().map(|b| match self.pair(&b.name, &wall.name).cloned() {
+            // Sticking is the wall's own: a pair may only leave it out.
+            Some(pair) if plain == Surface::Stick => pair.enabled.then_some(plain),
+            Some(pair) => self.surface(&pair),
+            None => Some(plain),
+        });
+        let surface = surface.collect();
+        Some(Wall { shape: Placed::at(shape, &wall.pose), surface })
+    }
+
+    /// Interfaces as this solver plays them, and the rigid partners among them.
+    pub(crate) fn interfaces(&mut self) -> (Vec<Face>, Vec<Partner>) {
+        let (mut faces, mut partners) = (Vec::new(), Vec::<Partner>::new());
+        for view in &self.scene.interfaces {
+            let label = format!("`{}` and `{}`", view.own, view.partner);
+            let Some(body) = self.scene.bodies.iter().position(|b| b.name == view.own) else {
+                self.refuse(format!("interfaces of bodies it does not have ({label})"));
+                continue;
+            };
+            let partner = match view.role {
+                ViewRole::ContactResponder => None,
+                ViewRole::ContactResolver if view.partner_form == BoundaryForm::Proxy => {
+                    self.partner(view, body, &mut partners)
+                }
+                ViewRole::ContactResolver => {
+                    self.refuse(format!("resolving contact with partners that show samples ({label})"));
+                    None
+                }
+                _ => {
+                    self.refuse(format!("links ({label})"));
+                    None
+                }
+            };
+            faces.push(Face { id: view.id, body, role: view.role, partner });
+        }
+        (faces, partners)
+    }
+
+    fn partner(&mut self, view: &InterfaceView, body: usize, partners: &mut Vec<Partner>) -> Option<usize> {
+        let (Some(source), Some(pair)) = (&view.partner_source, view.pair.clone()) else {
+            self.refuse(format!("rigid partners without a shape or a listed pair (`{}`)", view.partner));
+            return None;
+        };
+        let surface = self.surface(&pair)?;
+        let known = partners.iter().position(|p| p.name == view.partner);
+        let index = if let Some(index) = known {
+            index
+        } else {
+            let shape = self.shape(&view.partner, source, true)?;
+            let pairs = vec![None; self.scene.bodies.len()];
+            partners.push(Partner { name: view.partner.clone(), shape, pairs });
+            partners.len() - 1
+        };
+        partners[index].pairs[body] = Some((view.id, surface));
+        Some(index)
+    }
+}

@@ -1,0 +1,316 @@
+//! Where bodies touch colliders: places on the surface of single particles.
+//!
+//! A particle stands for a cube of material; its surface towards a collider lies `r = V0^(1/3)/2 √(1 + nᵀBn)` from its
+//! middle, B being its elastic strain. What is kept from passing is that place `x_c = x_p - r n`, at the velocity that
+//! the grid has there by linear extrapolation from the particle, `v(x_c) = Σ a_i v_i` with
+//! `a_i = w_i (1 + (4/dx²) (x_i - x_p)·(x_c - x_p))`. Since `Σ a_i = 1` and `Σ a_i x_i = x_c`, an impulse spread with the
+//! same weights acts exactly there, in momentum and in moment. The place moves with the particle and not with the nodes:
+//! contact is neither early by the reach of the kernel nor does it move in steps of a cell. The weights of the particle's
+//! own nodes bound `Σ a_i²/m_i` by a few `1/m_p`, so that nodes with almost no mass do no harm.
+
+use cosplat_core::boundary::{add, dot, scale, sub};
+use cosplat_core::plugin::{StateError, StateReader, StateSink};
+use rayon::prelude::*;
+use wide::f64x4;
+
+use crate::grid::{Grid, Substep};
+use crate::real::{Lanes, Real};
+use crate::shape::{Placed, SignedDistance};
+use crate::store::{B, Block, Store, VOL, X};
+use crate::topology::{NONE, REACH};
+use crate::walls::{BLOCK_RADIUS, Surface, Walls, middle};
+
+/// Gap up to which a place is watched, in cells: a particle crosses at most half a cell in a substep.
+const WATCHED: f64 = 0.25;
+/// Gap up to which a surface that sticks takes hold, in cells.
+const HOLDS: f64 = 0.05;
+
+/// Share of an overlap that is undone in a substep, and the most of it, in cells.
+const GIVEN_BACK: f64 = 0.1;
+const FASTEST: f64 = 0.002;
+
+/// A rigid partner where it is now.
+pub(crate) struct Moved {
+    /// Shape and place.
+    pub(crate) shape: Placed,
+    /// Surface for each own body.
+    pub(crate) surface: Vec<Option<Surface>>,
+}
+
+/// Nodes of all touching particles, each once.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Nodes {
+    /// Entry of the topology and node in it.
+    pub(crate) place: Vec<(u32, u32)>,
+    /// Velocity \[m/s\], and 1 / mass \[1/kg\] in the fourth lane.
+    state: Vec<f64x4>,
+    /// Number of each node of the grid, [`NONE`] for those without one.
+    known: Vec<u32>,
+    /// Impulses of the last substep: a first guess.
+    last: Vec<(Place, [f64; 3])>,
+}
+
+/// Impulses of the last substep, on their way back from bytes.
+pub(crate) struct Memory(Vec<(Place, [f64; 3])>);
+
+/// A particle and a collider.
+type Place = (u32, usize);
+
+/// One place in reach of a collider.
+#[derive(Clone, Debug)]
+pub(crate) struct Touch {
+    /// Particle.
+    id: u32,
+    /// Collider: a wall, or after the walls a rigid partner.
+    pub(crate) cause: usize,
+    /// The place \[m\].
+    pub(crate) x: [f64; 3],
+    /// Outward normal of the collider.
+    pub(crate) normal: [f64; 3],
+    /// Distance, negative where they overlap \[m\].
+    pub(crate) gap: f64,
+    /// What the surface does.
+    pub(crate) surface: Surface,
+    /// Whether it is held in every direction.
+    pub(crate) held: bool,
+    /// Nodes and their weights.
+    pub(crate) nodes: [u32; 27],
+    pub(crate) weights: [f64; 27],
+    /// `Σ a_i²/m_i` \[1/kg\].
+    pub(crate) inverse: f64,
+    /// Impulse on the body \[N s\].
+    pub(crate) impulse: [f64; 3],
+}
+
+/// A place before its nodes are known.
+struct Found {
+    block: u32,
+    slot: u32,
+    cause: usize,
+    x: [f64; 3],
+    normal: [f64; 3],
+    gap: f64,
+    reach: f64,
+    surface: Surface,
+}
+
+/// All places in reach, in the order of the particles in memory and then of the colliders.
+pub(crate) fn touches<R: Real>(
+    step: &Substep,
+    store: &Store<R>,
+    grid: &Grid<R>,
+    walls: &Walls,
+    partners: &[Moved],
+    nodes: &mut Nodes,
+) -> Vec<Touch> {
+    let one = |(b, block): (usize, &Block)| in_block(step, store, (b, block), walls, partners);
+    let found: Vec<Vec<Found>> = if step.parallel {
+        store.blocks.par_iter().enumerate().map(one).collect()
+    } else {
+        store.blocks.iter().enumerate().map(one).collect()
+    };
+    nodes.forget();
+    nodes.known.resize(step.topology.entries.len() * crate::tile::NODES, NONE);
+    found.into_iter().flatten().map(|f| touch(step, store, grid, nodes, &f)).collect()
+}
+
+fn in_block<R: Real>(
+    step: &Substep,
+    store: &Store<R>,
+    (b, block): (usize, &Block),
+    walls: &Walls,
+    partners: &[Moved],
+) -> Vec<Found> {
+    let (dx, body, at) = (step.dx, block.body as usize, middle(block, step.dx));
+    let still = walls.near[b].iter().filter_map(|&w| {
+        let wall = &walls.list[w as usize];
+        wall.surface[body].map(|surface| (w as usize, &wall.shape, surface))
+    });
+    let moving = partners.iter().enumerate().filter_map(|(i, partner)| {
+        let near = partner.shape.at_least(at, BLOCK_RADIUS * dx) < dx;
+        partner.surface[body].filter(|_| near).map(|surface| (walls.list.len() + i, &partner.shape, surface))
+    });
+    let near: Vec<(usize, &Placed, Surface)> = still.chain(moving).collect();
+    let mut found = Vec::new();
+    if near.is_empty() {
+        return found;
+    }
+    for slot in (0..block.live).map(|i| block.first * 4 + i) {
+        let p = store.position(block, slot as usize, dx);
+        for &(cause, shape, surface) in &near {
+            let (phi, normal) = shape.distance(p);
+            // Half a particle is never more than two cells.
+            if phi > (2.0 + WATCHED) * dx {
+                continue;
+            }
+            let reach = half_width(store, slot as usize, normal);
+            let gap = phi - reach;
+            if gap < WATCHED * dx {
+                found.push(Found { block: b as u32, slot, cause, x: p, normal, gap, reach, surface });
+            }
+        }
+    }
+    found
+}
+
+/// Distance of a particle's surface from its middle \[m\].
+fn half_width<R: Real>(store: &Store<R>, slot: usize, n: [f64; 3]) -> f64 {
+    let b: [f64; 6] = std::array::from_fn(|k| store.field(slot, B + k));
+    let strain = b[0] * n[0] * n[0]
+        + b[1] * n[1] * n[1]
+        + b[2] * n[2] * n[2]
+        + 2.0 * (b[3] * n[0] * n[1] + b[4] * n[0] * n[2] + b[5] * n[1] * n[2]);
+    0.5 * libm::cbrt(store.field(slot, VOL)) * (1.0 + strain).max(0.0).sqrt()
+}
+
+fn touch<R: Real>(step: &Substep, store: &Store<R>, grid: &Grid<R>, nodes: &mut Nodes, found: &Found) -> Touch {
+    let reached = &step.topology.reached[found.block as usize];
+    let (slot, dx) = (found.slot as usize, step.dx);
+    let way = scale(found.normal, -found.reach);
+    // Per axis: tile node of the first of three, weights, distances from the particle in cells.
+    let axis = |k: usize| {
+        let x = store.field(slot, X + k);
+        let first = (x - 0.5).floor();
+        let d = x - first - 1.0;
+        let (low, high) = (0.5 - d, 0.5 + d);
+        ((first + 1.0) as usize, [0.5 * low * low, 0.75 - d * d, 0.5 * high * high], [-1.0 - d, -d, 1.0 - d])
+    };
+    let axes = [axis(0), axis(1), axis(2)];
+    let tilt = scale(way, 4.0 / dx);
+    let id = store.ids[slot / 4][slot % 4];
+    let mut touch = Touch {
+        id,
+        cause: found.cause,
+        x: add(found.x, way),
+        normal: found.normal,
+        gap: found.gap,
+        surface: found.surface,
+        held: found.surface == Surface::Stick && found.gap <= HOLDS * dx,
+        nodes: [0; 27],
+        weights: [0.0; 27],
+        inverse: 0.0,
+        impulse: nodes.guess((id, found.cause)),
+    };
+    for i in 0..27 {
+        let [a, b, c] = [i / 9, i / 3 % 3, i % 3];
+        let (entry, n) = place([axes[0].0 + a, axes[1].0 + b, axes[2].0 + c], reached);
+        let at = [axes[0].2[a], axes[1].2[b], axes[2].2[c]];
+        let weight = axes[0].1[a] * axes[1].1[b] * axes[2].1[c] * (1.0 + dot(tilt, at));
+        let known = &mut nodes.known[entry as usize * crate::tile::NODES + n as usize];
+        if *known == NONE {
+            *known = nodes.place.len() as u32;
+            let [vx, vy, vz, m] = grid.nodes[entry as usize][n as usize].array().map(R::f64);
+            nodes.place.push((entry, n));
+            nodes.state.push(f64x4::from([vx, vy, vz, if m > step.empty { 1.0 / m } else { 0.0 }]));
+        }
+        let number = *known;
+        touch.nodes[i] = number;
+        touch.weights[i] = weight;
+        touch.inverse += weight * weight * nodes.inverse(number as usize);
+    }
+    touch
+}
+
+/// Entry and node of a tile node.
+fn place(tile: [usize; 3], reached: &[u32; 27]) -> (u32, u32) {
+    let (mut neighbour, mut node) = (0, 0);
+    for t in tile {
+        let part = if t < REACH[1].0.start { 0 } else { usize::from(t >= REACH[2].0.start) + 1 };
+        neighbour = neighbour * 3 + part;
+        node = node * 4 + t - REACH[part].0.start + REACH[part].1;
+    }
+    (reached[neighbour], node as u32)
+}
+
+impl Nodes {
+    fn forget(&mut self) {
+        for &(entry, n) in &self.place {
+            if let Some(known) = self.known.get_mut(entry as usize * crate::tile::NODES + n as usize) {
+                *known = NONE;
+            }
+        }
+        self.place.clear();
+        self.state.clear();
+    }
+
+    /// Impulse of a place in the last substep.
+    fn guess(&self, place: Place) -> [f64; 3] {
+        let found = self.last.binary_search_by_key(&place, |&(p, _)| p);
+        found.map_or([0.0; 3], |i| self.last[i].1)
+    }
+
+    /// Keeps the impulses of a substep for the next.
+    pub(crate) fn remember(&mut self, list: &[Touch]) {
+        self.last.clear();
+        self.last.extend(list.iter().map(|t| ((t.id, t.cause), t.impulse)));
+        self.last.sort_unstable_by_key(|&(p, _)| p);
+    }
+
+    /// Forgets the impulses of the last substep.
+    pub(crate) fn start_afresh(&mut self) {
+        self.last.clear();
+    }
+
+    /// Writes what the next substep depends on.
+    pub(crate) fn save(&self, sink: &mut dyn StateSink) {
+        sink.u64(self.last.len() as u64);
+        for &((id, cause), impulse) in &self.last {
+            sink.u64(u64::from(id));
+            sink.u64(cause as u64);
+            sink.vec3(impulse);
+        }
+    }
+
+    /// Reads what `save` wrote, for so many particles and colliders.
+    pub(crate) fn load(reader: &mut StateReader, particles: u64, colliders: u64) -> Result<Memory, StateError> {
+        let count = reader.u64()?;
+        if count > particles * colliders {
+            return Err(StateError::Count { what: "places", found: count, expected: particles * colliders });
+        }
+        let one = |_| Ok(((reader.u64()? as u32, reader.u64()? as usize), reader.vec3()?));
+        (0..count).map(one).collect::<Result<_, StateError>>().map(Memory)
+    }
+
+    /// Goes on from what `load` read.
+    pub(crate) fn resume(&mut self, memory: Memory) {
+        self.last = memory.0;
+    }
+
+    /// 1 / mass of a node \[1/kg\].
+    #[inline]
+    pub(crate) fn inverse(&self, node: usize) -> f64 {
+        self.state[node].as_array()[3]
+    }
+
+    /// Velocity at a place \[m/s\].
+    #[inline]
+    pub(crate) fn at(&self, touch: &Touch) -> [f64; 3] {
+        let mut sum = f64x4::ZERO;
+        for (&node, &weight) in touch.nodes.iter().zip(&touch.weights) {
+            sum += self.state[node as usize] * f64x4::splat(weight);
+        }
+        let [x, y, z, _] = sum.to_array();
+        [x, y, z]
+    }
+
+    /// Gives an impulse at a place.
+    #[inline]
+    pub(crate) fn give(&mut self, touch: &Touch, [x, y, z]: [f64; 3]) {
+        let impulse = f64x4::from([x, y, z, 0.0]);
+        for (&node, &weight) in touch.nodes.iter().zip(&touch.weights) {
+            let state = &mut self.state[node as usize];
+            *state += impulse * f64x4::splat(weight * state.as_array()[3]);
+        }
+    }
+}
+
+/// Least speed away from the collider that a place may have: as fast as closes its gap within the substep, or, where it
+/// overlaps, a little outwards, so that roundings and what the impulses left over do not add up over many substeps.
+pub(crate) fn least_speed(touch: &Touch, dt: f64, dx: f64) -> f64 {
+    if touch.gap > 0.0 { -touch.gap / dt } else { (-touch.gap * GIVEN_BACK).min(FASTEST * dx) / dt }
+}
+
+/// Velocity of a place relative to a collider.
+pub(crate) fn relative(nodes: &Nodes, touch: &Touch, collider: [f64; 3]) -> [f64; 3] {
+    sub(nodes.at(touch), collider)
+}
