@@ -101,10 +101,10 @@ fn the_recorder_s_name_is_taken() {
     scene.bodies[0].solver = RECORDER.into();
     crate::cast::run_with(&mut scene, "sph", &[RECORDER]);
     let mut known = plugins();
-    known.values_mut().for_each(|d| {
-        d.visual = Some(GRADIENTS);
-        d.body_kinds.push("splat".into());
-    });
+    for descriptor in known.values_mut() {
+        descriptor.visual = Some(GRADIENTS);
+        descriptor.body_kinds.push("splat".into());
+    }
     let refused = cosplat_core::plan::build(&scene, &known, 4).unwrap_err();
     assert!(refused.iter().any(|r| r.what == "solver `recorder`"), "{refused:?}");
 }
