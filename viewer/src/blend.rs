@@ -94,7 +94,7 @@ impl Tile {
             let row_of = Row { square: -0.5 * e.a, linear: -e.b * dy, constant: -0.5 * e.c * dy * dy };
             for group in from / LANES..=(to - 1) / LANES {
                 let at = (row - top) * GROUPS + group;
-                if self.cap[at] != [0.0; LANES] {
+                if self.cap[at].iter().any(|&cap| cap > 0.0) {
                     self.add_group::<DEPTH>(at, e, &row_of, x - (group * LANES) as f32, floor);
                 }
             }

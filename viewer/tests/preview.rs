@@ -20,20 +20,20 @@ fn picture(step: usize) -> Picture {
 
 fn preview(options: PreviewOptions, pictures: usize) -> Preview {
     let mut preview = Preview::new(options);
-    (0..pictures).for_each(|i| preview.push(&picture(i % 30)).unwrap());
+    (0..pictures).for_each(|i| preview.push(&picture(i % 30)).expect("one size"));
     preview
 }
 
 /// What a player would show, frame by frame, with the delay of the last frame in seconds.
 fn play(bytes: &[u8]) -> (Vec<Vec<u8>>, f64) {
-    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().expect("a header");
     let (width, height) = (reader.info().width as usize, reader.info().height as usize);
-    let frames = reader.info().animation_control().unwrap().num_frames;
+    let frames = reader.info().animation_control().expect("an animation").num_frames;
     let (mut canvas, mut shown, mut delay) = (vec![0; width * height * 3], Vec::new(), 0.0);
     for _ in 0..frames {
-        let mut buffer = vec![0; reader.output_buffer_size().unwrap()];
-        reader.next_frame(&mut buffer).unwrap();
-        let control = *reader.info().frame_control().unwrap();
+        let mut buffer = vec![0; reader.output_buffer_size().expect("a size")];
+        reader.next_frame(&mut buffer).expect("a frame");
+        let control = *reader.info().frame_control().expect("a place");
         delay = f64::from(control.delay_num) / f64::from(control.delay_den);
         let (w, left, top) = (control.width as usize, control.x_offset as usize, control.y_offset as usize);
         for (i, pixel) in buffer.chunks_exact(4).take(w * control.height as usize).enumerate() {

@@ -1,7 +1,7 @@
 //! A recording is read back by rerun's own decoder.
 #![cfg(feature = "recording")]
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use cosplat_viewer::recording::{Curves, Layout, Recording, RecordingError};
@@ -51,22 +51,23 @@ fn with_gaussians<T>(height: f32, then: impl FnOnce(&Gaussians<'_>) -> T) -> T {
     })
 }
 
-fn fill(recording: &mut Recording) {
-    with_gaussians(0.0, |g| recording.static_splats("world/ground", g)).unwrap();
+fn fill(recording: &mut Recording) -> Result<(), RecordingError> {
+    with_gaussians(0.0, |g| recording.static_splats("world/ground", g))?;
     for window in 0..4_u64 {
         let time_s = 0.01 * window as f64;
         recording.frame(window, time_s);
-        with_gaussians(window as f32, |g| recording.splats("world/jelly", g)).unwrap();
-        recording.points("world/boundary", &[[0.0; 3], [1.0; 3]], &[[255, 0, 0, 255]], &[0.01, 0.02]).unwrap();
-        recording.arrow("world/impulse", [0.0; 3], [0.0, 0.0, 1.0]).unwrap();
-        recording.transform("world/ball", [0.0, 0.0, time_s], [0.0, 0.0, 0.0, 1.0]).unwrap();
+        with_gaussians(window as f32, |g| recording.splats("world/jelly", g))?;
+        recording.points("world/boundary", &[[0.0; 3], [1.0; 3]], &[[255, 0, 0, 255]], &[0.01, 0.02])?;
+        recording.arrow("world/impulse", [0.0; 3], [0.0, 0.0, 1.0])?;
+        recording.transform("world/ball", [0.0, 0.0, time_s], [0.0, 0.0, 0.0, 1.0])?;
         for sub in 0..10 {
             let (window, time_s) = (10 * window + sub, time_s + 0.001 * sub as f64);
-            recording.series("curves/closure/left", window, time_s, 1e-15).unwrap();
+            recording.series("curves/closure/left", window, time_s, 1e-15)?;
         }
-        recording.series("curves/energy/total", window, time_s, 2.0).unwrap();
-        recording.flush().unwrap();
+        recording.series("curves/energy/total", window, time_s, 2.0)?;
+        recording.flush()?;
     }
+    Ok(())
 }
 
 /// Chunks of a file by store and entity, and how many layouts it makes active.
@@ -75,7 +76,7 @@ fn read(bytes: &[u8]) -> (BTreeMap<(bool, String), Vec<Chunk>>, usize) {
     for message in DecoderApp::decode_lazy(bytes).map_while(Result::ok) {
         match message {
             LogMsg::ArrowMsg(store, message) => {
-                let chunk = Chunk::from_arrow_msg(&message).unwrap();
+                let chunk = Chunk::from_arrow_msg(&message).expect("a chunk");
                 let key = (store.kind() == StoreKind::Recording, chunk.entity_path().to_string());
                 chunks.entry(key).or_default().push(chunk);
             }
@@ -98,7 +99,7 @@ fn everything_is_read_back() {
     let file = File::new("whole");
     let camera = camera();
     let mut recording = Recording::create(&file.0, &layout(&camera)).unwrap();
-    fill(&mut recording);
+    fill(&mut recording).unwrap();
     recording.finish().unwrap();
     let bytes = std::fs::read(&file.0).unwrap();
     assert_eq!(&bytes[..4], b"RRF2");
@@ -114,7 +115,7 @@ fn what_does_not_change_is_written_once() {
     let file = File::new("once");
     let camera = camera();
     let mut recording = Recording::create(&file.0, &layout(&camera)).unwrap();
-    fill(&mut recording);
+    fill(&mut recording).unwrap();
     recording.finish().unwrap();
     let (chunks, _) = read(&std::fs::read(&file.0).unwrap());
     let jelly = &chunks[&(true, "/world/jelly".to_owned())];
@@ -141,6 +142,13 @@ fn the_layout_is_in_the_file_and_the_same_for_every_run() {
     let (layout, active) = entities("layout-1");
     assert_eq!(active, 1);
     assert_eq!(layout.iter().filter(|e| e.ends_with("/ViewContents")).count(), 1 + CURVES.len());
+    // The viewer keeps both in one tree and never returns from it if an identity is there twice.
+    let mut parts: Vec<&str> = layout.iter().filter_map(|e| e.split('/').nth(2)).collect();
+    let nodes: BTreeSet<_> =
+        layout.iter().map(|e| e.split('/').take(3).collect::<Vec<_>>()).filter(|p| p.len() > 2).collect();
+    parts.sort_unstable();
+    parts.dedup();
+    assert_eq!((parts.len(), nodes.len()), (2 + 1 + CURVES.len(), 2 + 1 + CURVES.len()), "{layout:?}");
     assert!(layout.iter().any(|e| e.ends_with("/EyeControls3D")) && layout.contains(&"/viewport".to_owned()));
     assert_eq!(entities("layout-2"), (layout, active));
 }
@@ -151,7 +159,7 @@ fn a_run_that_is_killed_leaves_what_was_flushed() {
     let file = File::new("killed");
     let camera = camera();
     let mut recording = Recording::create(&file.0, &layout(&camera)).unwrap();
-    fill(&mut recording);
+    fill(&mut recording).unwrap();
     let bytes = std::fs::read(&file.0).unwrap();
     let flushed = rows(&bytes);
     assert_eq!((flushed["/world/jelly"], flushed["/curves/closure/left"]), (4, 40));

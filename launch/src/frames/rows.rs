@@ -8,12 +8,15 @@ use cosplat_viewer::recording::Curves;
 
 /// Plots of a recording, from the top.
 pub(super) const CURVES: [Curves<'static>; 5] = [
-    Curves { path: "curves/closure", title: "closure: momentum the states do not explain, of the largest [1]" },
+    Curves { path: "curves/closure", title: "log10 of the closure: momentum the states do not explain, of the largest" },
     Curves { path: "curves/impulse", title: "impulse that crossed in a window [N s]" },
     Curves { path: "curves/residual", title: "stand-in against partner [m/s]" },
     Curves { path: "curves/energy", title: "energy [J]" },
     Curves { path: "curves/step", title: "wall time of a window's computation [ms]" },
 ];
+
+/// Logarithm that stands for zero.
+const FLOOR: f64 = -20.0;
 
 /// One settled window.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -32,7 +35,8 @@ impl Row {
         let mut row = Self { window: record.window, end_s: record.end_s, ..Self::default() };
         for ((participant, solver), done) in plan.solvers().iter().zip(&record.solvers).zip(done) {
             let name = &participant.name;
-            row.point("closure", name, solver.closure);
+            // The viewer has no logarithmic axis.
+            row.point("closure", name, solver.closure.log10().max(FLOOR));
             row.point("energy", &format!("{name}-kinetic"), solver.kinetic_j);
             row.point("energy", &format!("{name}-potential"), solver.potential_j);
             row.point("step", name, done.times.compute_s * 1e3);

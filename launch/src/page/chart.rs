@@ -15,6 +15,8 @@ use super::{Chart, Line};
 
 /// Size of a drawing \[px\]; the page scales it.
 const SIZE: (u32, u32) = (720, 300);
+/// Where the name of the time axis stands \[px\].
+const TIME_PLACE: (i32, i32) = (390, 296);
 /// Columns in which a curve may have its own smallest and largest value.
 const COLUMNS: usize = 600;
 /// Colours that people with any colour vision can tell apart (Okabe & Ito 2008), and grey.
@@ -102,9 +104,8 @@ fn svg(chart: &Chart<'_>) -> Result<String, Box<dyn Error>> {
             .x_label_formatter(&|t| tick(*t, time))
             .y_label_formatter(&|v| axis.label(*v))
             .draw()?;
-        let size = area.dim_in_pixel();
         let below = letters.pos(Pos::new(HPos::Center, VPos::Bottom)).into_text_style(&area);
-        area.draw_text("simulated time [s]", &below, (size.0 as i32 / 2 + 30, size.1 as i32 - 4))?;
+        area.draw_text("simulated time [s]", &below, TIME_PLACE)?;
         for (i, line) in chart.lines.iter().enumerate() {
             let colour = COLOURS[i % COLOURS.len()];
             if let Some(gate) = line.gate.filter(|&g| drawable(chart, g) && !(chart.logarithmic && is_zero(g))) {

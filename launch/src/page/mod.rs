@@ -76,7 +76,7 @@ pub(crate) struct Line<'a> {
 pub(crate) fn html(report: &Report<'_>) -> String {
     let summary = report.summary;
     let sections = [
-        ("verdicts", "Verdicts", parts::verdicts(summary)),
+        ("verdicts", "Verdicts", Some(parts::verdicts(summary))),
         ("pictures", "Pictures", pictures::section(report)),
         ("ledger", "Ledger", chart::section(report.ledger)),
         ("probes", "Probes", chart::section(report.probes)),
@@ -85,8 +85,8 @@ pub(crate) fn html(report: &Report<'_>) -> String {
         ("bodies", "Bodies", tables::bodies(summary)),
         ("interfaces", "Interfaces", tables::interfaces(summary)),
         ("left-out", "What was left out, and why", tables::left_out(summary)),
-        ("counters", "Counters", tables::counters(summary)),
-        ("again", "How to do it again", parts::again(report)),
+        ("counters", "Counters", Some(tables::counters(summary))),
+        ("again", "How to do it again", Some(parts::again(report))),
     ];
     let sections: Vec<_> = sections.into_iter().filter_map(|(id, title, body)| Some((id, title, body?))).collect();
     let page = html! {

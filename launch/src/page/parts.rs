@@ -27,13 +27,13 @@ fn fact(name: &str, value: &str) -> Markup {
 }
 
 /// What decides whether the result is to be trusted.
-pub(super) fn verdicts(summary: &Summary) -> Option<Markup> {
+pub(super) fn verdicts(summary: &Summary) -> Markup {
     if summary.verdicts.is_empty() {
-        return Some(html! { p { "No window was settled, so nothing could be judged." } });
+        return html! { p { "No window was settled, so nothing could be judged." } };
     }
     let failed = summary.verdicts.iter().filter(|v| !v.passed).count();
     let rows = summary.verdicts.iter().map(verdict).collect();
-    Some(html! {
+    html! {
         p {
             @if failed == 0 { "All " (summary.verdicts.len()) " gates are passed." }
             @else { (failed) " of " (summary.verdicts.len()) " gates failed." }
@@ -42,7 +42,7 @@ pub(super) fn verdicts(summary: &Summary) -> Option<Markup> {
              gross momentum of the run."
         }
         (table(&[("Verdict", ""), ("Gate", ""), ("Of", ""), ("Measured", "n"), ("Limit", "n"), ("Of the limit", "n")], rows))
-    })
+    }
 }
 
 fn verdict(verdict: &Verdict) -> Vec<Markup> {
@@ -155,10 +155,10 @@ fn bar(process: &Process, longest: f64) -> Markup {
 }
 
 /// What is needed to do the run again and to see that it is the same.
-pub(super) fn again(report: &Report<'_>) -> Option<Markup> {
+pub(super) fn again(report: &Report<'_>) -> Markup {
     let versions = report.versions.iter().map(|(name, version)| vec![html! { (name) }, html! { code { (version) } }]);
     let files = report.summary.files.iter().map(|(part, file)| vec![html! { (part) }, html! { code { (file) } }]);
-    Some(html! {
+    html! {
         @if !report.command.is_empty() { pre { code { (command(report.command)) } } }
         @if let Some(hash) = &report.summary.state_hash {
             p {
@@ -173,7 +173,7 @@ pub(super) fn again(report: &Report<'_>) -> Option<Markup> {
                 (table(&[("Part", ""), ("File", "")], files.collect()))
             }
         }
-    })
+    }
 }
 
 /// A command line that a shell reads back as the same arguments.

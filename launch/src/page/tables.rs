@@ -125,7 +125,7 @@ pub(super) fn left_out(summary: &Summary) -> Option<Markup> {
 }
 
 /// Clamps, quarantines, overflows and the like.
-pub(super) fn counters(summary: &Summary) -> Option<Markup> {
+pub(super) fn counters(summary: &Summary) -> Markup {
     let rows: Vec<_> = summary
         .counters
         .iter()
@@ -136,7 +136,7 @@ pub(super) fn counters(summary: &Summary) -> Option<Markup> {
         })
         .collect();
     if rows.is_empty() {
-        return Some(html! { p { "Nothing was clamped, put aside or lost." } });
+        return html! { p { "Nothing was clamped, put aside or lost." } };
     }
-    Some(table(&[("Process", ""), ("What", ""), ("Times", "n")], rows))
+    table(&[("Process", ""), ("What", ""), ("Times", "n")], rows)
 }

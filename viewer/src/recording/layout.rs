@@ -83,7 +83,7 @@ impl Layout<'_> {
         let root = container(ContainerKind::Horizontal, &parts).with_col_shares([3.0, 2.0].iter().map(|&s| share(s)));
         stream.log(container_path(0), &root)?;
         let viewport = ViewportBlueprint::new()
-            .with_root_container(RootContainer(id(0).into()))
+            .with_root_container(RootContainer(container_id(0).into()))
             .with_auto_layout(AutoLayout(false.into()))
             .with_auto_views(AutoViews(false.into()));
         stream.log("viewport", &viewport)?;
@@ -152,15 +152,19 @@ fn share(share: f32) -> rerun::blueprint::components::ColumnShare {
     rerun::blueprint::components::ColumnShare(share.into())
 }
 
-/// Identities are numbers: two runs of one scene have the same layout.
-fn id(number: u128) -> Uuid {
-    Uuid::from_u128(number)
+/// Number of the first container and of the first view. Identities are numbers, so that two runs of one scene have the
+/// same layout. The viewer keeps containers and views in one tree: with a number in common a container would be found
+/// inside itself.
+const FIRST: [u128; 2] = [1, 1 << 32];
+
+fn container_id(number: u128) -> Uuid {
+    Uuid::from_u128(FIRST[0] + number)
 }
 
 fn container_path(number: u128) -> String {
-    format!("container/{}", id(number))
+    format!("container/{}", container_id(number))
 }
 
 fn view_path(number: u128) -> String {
-    format!("view/{}", id(number))
+    format!("view/{}", Uuid::from_u128(FIRST[1] + number))
 }
