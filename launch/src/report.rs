@@ -176,6 +176,7 @@ mod tests {
                 verdict("closure-window", "left", 1e-16, 1e-12),
                 verdict("closure-window", "right", 0.5, 1e-12),
             ],
+            frames: None,
             processes: Vec::new(),
             bodies: Vec::new(),
             interfaces: vec![Interface { resolver: Some("left".into()), gross_impulse: 2.0, ..Interface::default() }],

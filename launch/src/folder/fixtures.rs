@@ -34,6 +34,7 @@ pub(crate) fn plan(windows: u64) -> Plan {
         }],
         streams: Vec::new(),
         left_out: Vec::new(),
+        recorder: None,
         break_with: None,
     }
 }
