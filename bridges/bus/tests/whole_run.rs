@@ -54,6 +54,7 @@ fn coupled() -> Plan {
             stream("imp/hard/soft/0", 0, 1, Content::Impulses { interface: 0, form: FORM }),
         ],
         left_out: Vec::new(),
+        recorder: None,
         break_with: None,
     }
 }

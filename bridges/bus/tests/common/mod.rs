@@ -35,6 +35,7 @@ pub(crate) fn plan() -> Plan {
             content: Content::Boundary { body: "soft-body".to_owned(), form: FORM },
         }],
         left_out: Vec::new(),
+        recorder: None,
         break_with: None,
     }
 }
