@@ -37,6 +37,7 @@ impl Plugin for Exchanger {
             materials: vec!["point-mass".into()],
             roles: vec![InterfaceRole::ResolveSamples, InterfaceRole::Respond],
             boundary: BoundaryForm::SamplesF32 { normals: false },
+            visual: None,
             features: Vec::new(),
             probes: Vec::new(),
             saves: Saves { bytes: true, deterministic: true },

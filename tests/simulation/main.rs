@@ -1,7 +1,8 @@
 //! Does the protocol hold when everything that can happen to a message happens?
 //!
 //! Each seed is a run of 3 to 5 participants over 200 windows (or 12 with large messages), once calm and once with
-//! losses, duplicates, delays, bit flips, forgeries and a blow such as a kill. The seeds are dealt to four tests so that
+//! losses, duplicates, delays, bit flips, forgeries and a blow such as a kill, after which it may have to be resumed from
+//! its newest checkpoint. The seeds are dealt to four tests so that
 //! they run side by side and none takes long.
 
 use cosplat_core::checks::{ALL, Without};

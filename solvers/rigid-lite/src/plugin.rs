@@ -6,13 +6,14 @@ use cosplat_core::plugin::{
     BoundaryOutput, Budget, Descriptor, Inputs, InterfaceRole, Outputs, Plugin, PluginError, Pulse, Refusals, Setup,
     SetupBoundary, Signal, SolverScene, StateReader, StateSink, Step,
 };
+use cosplat_core::visual::{VisualForm, VisualState};
 use nalgebra::{Quaternion, UnitQuaternion};
 
 use crate::V3;
 use crate::flight::substeps;
 use crate::model::{Flying, Model, State};
 use crate::read::read;
-use crate::report::{proxy, report};
+use crate::report::{pose, proxy, report};
 use crate::rotation::{ANGLE_PER_SUBSTEP, angular_velocity};
 use crate::step::{Given, Stage};
 
@@ -32,6 +33,7 @@ impl Plugin for RigidLite {
             materials: vec!["rigid".into()],
             roles: vec![InterfaceRole::Respond],
             boundary: BoundaryForm::Proxy,
+            visual: Some(VisualForm::Pose),
             features: features.map(String::from).into(),
             ..Descriptor::new("rigid-lite", env!("CARGO_PKG_VERSION"), summary)
         }
@@ -98,6 +100,12 @@ impl Plugin for RigidLite {
         let outputs = Outputs { boundaries: boundaries.collect(), impulses: Vec::new(), report };
         self.state = stage.state;
         Ok(outputs)
+    }
+
+    fn visual(&self, body: &str) -> Option<VisualState> {
+        let model = self.model.as_ref()?;
+        let (body, flying) = model.bodies.iter().zip(&self.state.bodies).find(|(b, _)| b.name == body)?;
+        Some(pose(body, flying))
     }
 
     fn save(&self, sink: &mut dyn StateSink) {

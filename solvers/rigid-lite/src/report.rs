@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use cosplat_core::boundary::{BoundaryState, ProxyRecord};
 use cosplat_core::plugin::{BodyState, Budget, Energy, Report};
+use cosplat_core::visual::VisualState;
 use nalgebra::Matrix3;
 
 use crate::model::{Body, Flying, InfluenceKind, Model, State};
@@ -45,6 +46,12 @@ fn body_state(body: &Body, flying: &Flying) -> BodyState {
         gross_momentum: body.mass * flying.velocity.norm(),
         max_displacement_m: body.marks.iter().map(moved).fold(0.0, f64::max),
     }
+}
+
+/// Pose of the frame in which the scene gives a body's shape.
+pub(crate) fn pose(body: &Body, flying: &Flying) -> VisualState {
+    let frame = flying.turn * body.axes.inverse();
+    VisualState::Pose { position: (flying.position - frame * body.centre).into(), orientation: plain(&frame) }
 }
 
 /// Record from which a resolver makes its stand-in at time `t` \[s\].

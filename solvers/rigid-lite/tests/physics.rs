@@ -6,6 +6,7 @@ use cosplat_core::plugin::{
     ImpulseInput, Inputs, InterfaceView, Outputs, Plugin, PluginError, Report, SolverScene, Steady, ViewRole,
 };
 use cosplat_core::scene::{ActionKind, Body, Motion, Source};
+use cosplat_core::visual::VisualState;
 use cosplat_rigid_lite::RigidLite;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -250,4 +251,22 @@ fn everything_missing_is_refused_at_once_by_name() {
     for name in ["wind", "`solver_iterations`", "body `cloud`"] {
         assert!(message.contains(name), "`{name}` is not named in: {message}");
     }
+}
+
+#[test]
+fn a_picture_shows_the_frame_of_the_shape_and_not_its_centre_of_mass() {
+    // Three points whose centre and principal axes are not those of their frame.
+    let points = Source::Points { positions_m: vec![[0.1, 0.0, 0.0], [0.0, 0.3, 0.0], [0.2, 0.2, 0.5]] };
+    let mut thrown = body("it", points, 1.0, [1.0, 2.0, 3.0], [0.5, 0.0, 0.0], [0.0, 0.0, 2.0]);
+    thrown.pose.orientation = [0.0, 0.6, 0.0, 0.8];
+    let pose = thrown.pose;
+    let scene = scene(vec![thrown], 10, 0.01);
+    let mut solver = RigidLite::default();
+    solver.setup(&scene).unwrap();
+    let Some(VisualState::Pose { position, orientation }) = solver.visual("it") else { panic!("a pose") };
+    // A rotation there and back: a few roundings of numbers of order one.
+    assert!(norm(sub(position, pose.position_m)) < 1e-14, "{position:?}");
+    let alike: f64 = orientation.iter().zip(pose.orientation).map(|(a, b)| a * b).sum();
+    assert!((alike.abs() - 1.0).abs() < 1e-14, "{orientation:?}");
+    assert_eq!(solver.visual("another"), None);
 }

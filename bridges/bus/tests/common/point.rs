@@ -77,6 +77,7 @@ impl Plugin for Point {
             materials: vec!["point-mass".to_owned()],
             roles: vec![InterfaceRole::ResolveSamples, InterfaceRole::Respond],
             boundary: BoundaryForm::SamplesF32 { normals: false },
+            visual: None,
             features: Vec::new(),
             probes: Vec::new(),
             saves: Saves { bytes: true, deterministic: true },
