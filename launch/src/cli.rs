@@ -4,6 +4,12 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::command::completions::CompletionsArgs;
+use crate::command::doctor::DoctorArgs;
+use crate::command::list::ListArgs;
+use crate::command::new::NewArgs;
+use crate::command::splat::SplatArgs;
+
 /// Exit codes as the help lists them.
 pub(crate) const EXIT_CODES: &str = "\
 Exit codes:
@@ -22,7 +28,9 @@ Examples:
   cosplat run two-tops                          run another built-in scene
   cosplat check my-scene.toml                   say what a run would do, without running
   cosplat run my-scene.toml --set clock.window=0.005
-  cosplat plugins                               list the solvers found on this machine";
+  cosplat new plant --splat plant.ply           write a scene around a capture
+  cosplat splat info plant.ply                  say what a capture holds, and which way is up
+  cosplat doctor                                say what this machine lacks";
 
 const INSIDE: &str = "\
 Each solver of a run is a process of its own. For the built-in plugins it is this program again, started as `cosplat \
@@ -73,8 +81,18 @@ pub(crate) enum Command {
     ///
     /// Plugins are asked what they can do, so programs that the scene names as `command` are started with `--describe`.
     Check(CheckArgs),
+    /// List the scenes inside this program
+    List(ListArgs),
+    /// Write a scene to begin with
+    New(NewArgs),
+    /// Look at, convert or draw a splat file
+    Splat(SplatArgs),
     /// List the solver plugins found on this machine
     Plugins(PluginsArgs),
+    /// Say what this machine lacks, and the command that mends it
+    Doctor(DoctorArgs),
+    /// Print what a shell needs to complete commands and options
+    Completions(CompletionsArgs),
     /// Be a solver process of a run
     ///
     /// `cosplat run` starts itself like this, once per process. The ticket that lets it join the run is read from

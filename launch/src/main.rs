@@ -38,6 +38,11 @@ fn main() -> ExitCode {
         Command::Solver(args) => command::solver::solver(&args),
         Command::Run(args) => finish(args.format, supervised(async |s| command::run::run(&args, s).await)),
         Command::Check(args) => finish(args.format, supervised(async |s| command::check::check(&args, s).await)),
+        Command::List(args) => finish(args.format, command::list::list(&args)),
+        Command::New(args) => finish(args.format, command::new::new(&args)),
+        Command::Splat(args) => finish(args.format(), command::splat::splat(&args)),
+        Command::Doctor(args) => finish(args.format, command::doctor::doctor(&args)),
+        Command::Completions(args) => finish(Format::Human, command::completions::completions(&args)),
         Command::Plugins(args) => finish(args.format, supervised(async |s| command::plugins::plugins(&args, s).await)),
     }
 }

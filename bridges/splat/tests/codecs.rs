@@ -4,6 +4,7 @@
 
 mod common;
 
+use common::packed::gap;
 use common::{data, some_attributes, some_splats, spz_gzip, spz_streams};
 use cosplat_splat::format::{self, read, read_file};
 use cosplat_splat::{Axes, Fault, Splats};
@@ -159,39 +160,6 @@ fn sog_is_the_scene_it_was_made_from() {
         g.position
     );
     assert!(g.rotation < 1e-3, "{}", g.rotation);
-}
-
-/// Largest difference, over the Gaussians, of what a picture depends on.
-struct Gap {
-    position: f64,
-    log_scale: f64,
-    opacity: f64,
-    /// Of the rotation matrices.
-    rotation: f64,
-    dc: f64,
-    rest: f64,
-}
-
-fn gap(a: &Splats, b: &Splats) -> Gap {
-    assert_eq!(a.len(), b.len());
-    let largest = |d: &mut dyn Iterator<Item = f64>| d.fold(0.0, f64::max);
-    let flat = |x: &[[f32; 3]], y: &[[f32; 3]]| {
-        let pairs = x.iter().flatten().zip(y.iter().flatten());
-        largest(&mut pairs.map(|(p, q)| (f64::from(*p) - f64::from(*q)).abs()))
-    };
-    let angle = |p: &[f32; 4], q: &[f32; 4]| {
-        let length = |v: &[f32; 4]| v.iter().map(|c| f64::from(*c).powi(2)).sum::<f64>().sqrt();
-        let dot: f64 = p.iter().zip(q).map(|(x, y)| f64::from(*x) * f64::from(*y)).sum();
-        (1.0 - (dot / length(p) / length(q)).powi(2)).max(0.0).sqrt()
-    };
-    Gap {
-        position: flat(&a.positions, &b.positions),
-        log_scale: flat(&a.log_scales, &b.log_scales),
-        opacity: largest(&mut (0..a.len()).map(|i| (a.opacity(i) - b.opacity(i)).abs())),
-        rotation: largest(&mut a.rotations.iter().zip(&b.rotations).map(|(p, q)| angle(p, q))),
-        dc: flat(&a.sh_dc, &b.sh_dc),
-        rest: flat(&a.sh_rest, &b.sh_rest),
-    }
 }
 
 /// One scene, decoded from `.ply` and from two versions of `.spz`, agrees within the steps of the coding.

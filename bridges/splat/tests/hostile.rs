@@ -4,12 +4,13 @@ mod common;
 
 use std::time::{Duration, Instant};
 
+use common::packed::{chunked_ply, ksplat};
 use common::{Random, some_attributes, some_splats, spz_gzip, spz_header, spz_streams};
-use cosplat_splat::format::{FORMATS, read};
+use cosplat_splat::format::{encode, read};
 use cosplat_splat::{Fault, clean};
 
 fn ply(count: usize) -> Vec<u8> {
-    (FORMATS[0].write.expect("`.ply` is written"))(&some_splats(count, 1, 7))
+    encode(&some_splats(count, 1, 7), Some("ply")).expect("`.ply` is written")
 }
 
 /// Small valid files of every format.
@@ -33,6 +34,11 @@ fn files() -> Vec<(&'static str, Vec<u8>)> {
         ("spz", raw),
         ("splat", (0..96).collect()),
         ("sog", common::sog(3, 5)),
+        ("compressed.ply", chunked_ply(3, 1, true, 5)),
+        ("compressed.ply", chunked_ply(3, 0, false, 5)),
+        ("ksplat", ksplat(0, &[(2, 1, 2, vec![])], 5)),
+        ("ksplat", ksplat(1, &[(4, 1, 2, vec![1, 1]), (2, 0, 2, vec![])], 5)),
+        ("ksplat", ksplat(2, &[(3, 2, 2, vec![1])], 5)),
     ]
 }
 
@@ -76,7 +82,9 @@ fn every_truncation_is_an_error() {
 #[test]
 fn every_byte_may_be_anything() {
     for (ending, bytes) in files() {
-        for at in 0..bytes.len() {
+        // The headers of a `.ksplat` are mostly empty and not read there.
+        let empty = |at: usize| ending == "ksplat" && (64..4096).contains(&at);
+        for at in (0..bytes.len()).filter(|&at| !empty(at)) {
             for value in [0, 1, 0x20, 0x7f, 0x80, 0xff, bytes[at] ^ 1, bytes[at].wrapping_add(1)] {
                 let mut changed = bytes.clone();
                 changed[at] = value;
@@ -88,8 +96,10 @@ fn every_byte_may_be_anything() {
 
 #[test]
 fn every_header_integer_may_be_extreme() {
-    for (ending, bytes) in files().into_iter().filter(|(e, _)| ["spz", "sog"].contains(e)) {
-        for at in (0..bytes.len() - 8).filter(|at| *at < 160 || at + 600 > bytes.len()) {
+    for (ending, bytes) in files().into_iter().filter(|(e, _)| ["spz", "sog", "ksplat"].contains(e)) {
+        // The headers of a `.ksplat` are 4096 and 1024 bytes long and mostly empty.
+        let of_section = |at: usize| at >= 4096 && (at - 4096) % 1024 < 48;
+        for at in (0..bytes.len() - 8).filter(|&at| at < 160 || at + 600 > bytes.len() || of_section(at)) {
             for value in [0, 1, u64::MAX, u64::MAX - 1, i64::MAX as u64, 1 << 63, u64::from(u32::MAX), 1 << 31] {
                 for width in [4, 8] {
                     let mut changed = bytes.clone();
@@ -97,6 +107,17 @@ fn every_header_integer_may_be_extreme() {
                     survives(&changed, ending);
                 }
             }
+        }
+    }
+    let file = chunked_ply(1, 1, true, 5);
+    let end = file.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
+    let header = String::from_utf8_lossy(&file[..end]).into_owned();
+    for element in ["chunk", "vertex", "sh"] {
+        for count in ["0", "1", "2", "4294967295", "18446744073709551615", "18446744073709551616", "-1", "1e9", ""] {
+            let from = [element, " 1\n"].concat();
+            let mut bytes = header.replace(&from, &[element, " ", count, "\n"].concat()).into_bytes();
+            bytes.extend(&file[end..]);
+            survives(&bytes, "ply");
         }
     }
     let text = String::from_utf8_lossy(&ply(1)).into_owned();

@@ -1,7 +1,12 @@
 //! One file per command.
 
 pub(crate) mod check;
+pub(crate) mod completions;
+pub(crate) mod doctor;
 mod failure;
+pub(crate) mod list;
+pub(crate) mod new;
 pub(crate) mod plugins;
 pub(crate) mod run;
 pub(crate) mod solver;
+pub(crate) mod splat;

@@ -2,6 +2,7 @@
 
 mod antimatter;
 mod half;
+mod ksplat;
 pub mod ply;
 mod sog;
 pub mod spz;
@@ -26,7 +27,7 @@ pub struct Decoded {
 pub struct Format {
     /// Name for messages.
     pub name: &'static str,
-    /// Endings of file names, without the dot.
+    /// Endings of file names, without the first dot.
     pub endings: &'static [&'static str],
     /// Axes by convention; a writer turns the Gaussians to them where it knows how.
     pub axes: Axes,
@@ -38,8 +39,9 @@ pub struct Format {
     pub write: Option<fn(&Splats) -> Vec<u8>>,
 }
 
-/// Every known format.
-pub const FORMATS: [Format; 4] = [ply::FORMAT, spz::FORMAT, sog::FORMAT, antimatter::FORMAT];
+/// Every known format, in the order in which they are asked.
+pub const FORMATS: [Format; 6] =
+    [ply::CHUNKED, ply::FORMAT, spz::FORMAT, sog::FORMAT, ksplat::FORMAT, antimatter::FORMAT];
 
 /// Reads a splat file of any known format.
 ///
@@ -49,7 +51,7 @@ pub fn read_file(path: &Path) -> Result<Decoded, SplatError> {
     let name = path.display().to_string();
     let bytes =
         fs::read(path).map_err(|error| io_error(&error, "check the path and its permissions").in_file(&name))?;
-    read(&bytes, path.extension().and_then(|e| e.to_str())).map_err(|error| error.in_file(&name))
+    read(&bytes, ending_of(path)).map_err(|error| error.in_file(&name))
 }
 
 /// Decodes bytes: the format is recognised from them, or taken from the ending of the file name.
@@ -57,11 +59,35 @@ pub fn read_file(path: &Path) -> Result<Decoded, SplatError> {
 /// # Errors
 /// The bytes are no known format, or damaged.
 pub fn read(bytes: &[u8], ending: Option<&str>) -> Result<Decoded, SplatError> {
-    let by_content = FORMATS.iter().find(|f| (f.recognise)(bytes));
-    let format = by_content.or_else(|| ending.and_then(by_ending)).ok_or_else(unknown)?;
+    let format = of(bytes, ending)?;
     let decoded = (format.read)(bytes)?;
     debug_assert!(decoded.splats.is_consistent(), "the {} decoder made arrays of different lengths", format.name);
     Ok(decoded)
+}
+
+/// The format of a file: by its bytes, or by the ending of its name.
+///
+/// # Errors
+/// Neither belongs to a known format.
+pub fn of(bytes: &[u8], ending: Option<&str>) -> Result<&'static Format, SplatError> {
+    let by_content = FORMATS.iter().find(|f| (f.recognise)(bytes));
+    by_content.or_else(|| ending.and_then(by_ending)).ok_or_else(unknown)
+}
+
+/// The ending of a file name that says its format, without the first dot: `spz`, or `compressed.ply`.
+pub fn ending_of(path: &Path) -> Option<&str> {
+    let name = path.file_name()?.to_str()?;
+    let endings = FORMATS.iter().flat_map(|f| f.endings);
+    let known = endings.filter(|e| ends_with(name, e)).max_by_key(|e| e.len());
+    // The longest known one counts; else whatever stands behind the last dot.
+    known.and_then(|e| name.get(name.len() - e.len()..)).or_else(|| path.extension()?.to_str())
+}
+
+/// Whether a name ends with a dot and that ending.
+fn ends_with(name: &str, ending: &str) -> bool {
+    let at = name.len().checked_sub(ending.len() + 1);
+    let tail = at.and_then(|at| name.get(at..));
+    tail.is_some_and(|tail| tail.starts_with('.') && tail[1..].eq_ignore_ascii_case(ending))
 }
 
 /// Writes a splat file; the format follows from the ending, the axes from the format.
@@ -70,19 +96,27 @@ pub fn read(bytes: &[u8], ending: Option<&str>) -> Result<Decoded, SplatError> {
 /// No encoder has that ending, or the file cannot be written.
 pub fn write_file(path: &Path, splats: &Splats) -> Result<(), SplatError> {
     let name = path.display().to_string();
-    let ending = path.extension().and_then(|e| e.to_str());
-    let found = ending.and_then(by_ending).and_then(|f| Some((f, f.write?)));
-    let (format, write) = found.ok_or_else(|| {
-        SplatError::new(Fault::Unsupported, "file name", "no format that can be written has this ending", "use `.ply`")
-            .in_file(&name)
-    })?;
-    let bytes = if splats.axes == format.axes || splats.axes == Axes::Scene {
-        write(splats)
-    } else {
-        write(&splats.clone().to_axes(format.axes))
-    };
+    let bytes = encode(splats, ending_of(path)).map_err(|error| error.in_file(&name))?;
     let advice = "check that the folder exists and that there is room";
     fs::write(path, bytes).map_err(|error| io_error(&error, advice).in_file(&name))
+}
+
+/// Encodes Gaussians in the format of an ending, turned to the axes of that format.
+///
+/// # Errors
+/// No encoder has that ending.
+pub fn encode(splats: &Splats, ending: Option<&str>) -> Result<Vec<u8>, SplatError> {
+    let found = ending.and_then(by_ending).and_then(|f| Some((f, f.write?)));
+    let (format, write) = found.ok_or_else(|| {
+        let written = endings(|f| f.write.is_some());
+        let what = "no format that can be written has this ending";
+        SplatError::new(Fault::Unsupported, "file name", what, format!("use one of {written}"))
+    })?;
+    if splats.axes == format.axes || splats.axes == Axes::Scene {
+        Ok(write(splats))
+    } else {
+        Ok(write(&splats.clone().to_axes(format.axes)))
+    }
 }
 
 /// How much a file may unpack to: `free + expansion · size` bytes.
@@ -120,8 +154,14 @@ fn io_error(error: &std::io::Error, advice: &str) -> SplatError {
     SplatError::new(Fault::Io, "whole file", error.to_string(), advice)
 }
 
+/// Endings of some formats, for messages.
+fn endings(which: impl Fn(&Format) -> bool) -> String {
+    let endings: Vec<String> =
+        FORMATS.iter().filter(|f| which(f)).flat_map(|f| f.endings).map(|e| format!("`.{e}`")).collect();
+    endings.join(", ")
+}
+
 fn unknown() -> SplatError {
-    let known: Vec<String> = FORMATS.iter().flat_map(|f| f.endings).map(|e| format!("`.{e}`")).collect();
     let what = "neither its first bytes nor its ending belong to a known splat format";
-    SplatError::new(Fault::UnknownFormat, "first bytes", what, format!("known are {}", known.join(", ")))
+    SplatError::new(Fault::UnknownFormat, "first bytes", what, format!("known are {}", endings(|_| true)))
 }

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "every test file is a program of its own and uses a part")]
 
+pub(crate) mod packed;
+
 use std::io::Write;
 
 use cosplat_splat::{Axes, Extra, Splats, coefficients};

@@ -139,20 +139,21 @@ impl Run {
         let at = Step::new(&self.plan.clock, window, step.span);
         let mut inputs = Inputs::default();
         for need in &step.needs {
+            let interface = need.interface.unwrap();
             match need.role {
                 Role::PartnerNow => inputs.partners.push(PartnerInput {
-                    interface: need.interface,
-                    rule: self.plan.interfaces[usize::from(need.interface)].rule,
+                    interface,
+                    rule: self.plan.interfaces[usize::from(interface)].rule,
                     now: self.boundaries[&need.message].clone(),
                     next: None,
                     length_s: at.length_s,
                 }),
                 Role::PartnerNext => {
-                    let partner = inputs.partners.iter_mut().find(|p| p.interface == need.interface).unwrap();
+                    let partner = inputs.partners.iter_mut().find(|p| p.interface == interface).unwrap();
                     partner.next = Some(self.boundaries[&need.message].clone());
                 }
                 role => inputs.impulses.push(ImpulseInput {
-                    interface: need.interface,
+                    interface,
                     impulses: self.impulses[&need.message].clone(),
                     spread: role == Role::ImpulseSpread,
                 }),
@@ -169,7 +170,7 @@ impl Run {
                     let found = outputs.impulses.iter().find(|(id, _)| id == interface).unwrap();
                     self.impulses.insert(*message, found.1.clone());
                 }
-                Content::Statics { .. } => {}
+                Content::Statics { .. } | Content::Visual { .. } => {}
             }
         }
         outputs

@@ -16,7 +16,7 @@ const COLOUR: usize = REST + 45;
 pub(super) const ROW: usize = COLOUR + 3;
 
 /// Higher-band coefficients that are kept: bands 1 to 3.
-const KEPT: usize = 15;
+pub(super) const KEPT: usize = 15;
 
 /// Where a column goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -137,8 +137,8 @@ fn index(digits: &str) -> Option<usize> {
     digits.parse().ok().filter(|i: &usize| i.to_string() == digits)
 }
 
-/// Coefficients above the base band in the file, for one channel.
-fn rest_per_channel(vertex: &Element) -> Result<usize, SplatError> {
+/// Coefficients above the base band in an element, for one channel.
+pub(super) fn rest_per_channel(vertex: &Element) -> Result<usize, SplatError> {
     let names: Vec<&str> = vertex.properties.iter().filter_map(|p| p.name.strip_prefix("f_rest_")).collect();
     let mut numbers: Vec<usize> = names.iter().filter_map(|n| index(n)).collect();
     numbers.sort_unstable();

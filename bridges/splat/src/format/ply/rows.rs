@@ -10,10 +10,6 @@ use crate::splats::Splats;
 /// Decodes a file.
 pub(super) fn read(bytes: &[u8]) -> Result<Decoded, SplatError> {
     let header = parse(bytes)?;
-    if header.elements.iter().any(|e| e.properties.iter().any(|p| p.name == "packed_position")) {
-        let what = "this is a chunked \"compressed PLY\", which is not read yet";
-        return Err(SplatError::new(Fault::Unsupported, "header", what, "convert it to an INRIA `.ply` or `.spz`"));
-    }
     let Some(index) = header.elements.iter().position(|e| e.name == "vertex") else {
         let advice = "convert the file to an INRIA `.ply`";
         return Err(SplatError::new(Fault::Header, "header", "there is no element `vertex`", advice));
@@ -24,7 +20,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Decoded, SplatError> {
         return Err(SplatError::new(Fault::Header, "header", what, "convert the file to an INRIA `.ply`"));
     }
     let plan = Plan::new(vertex)?;
-    let mut notes: Vec<String> = header.comments.iter().map(|c| format!("comment: {c}")).collect();
+    let mut notes = comments(&header);
     if plan.file_degree > plan.degree {
         notes.push(format!("bands above {} of degree {} are left out", plan.degree, plan.file_degree));
     }
@@ -34,6 +30,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<Decoded, SplatError> {
         read_binary(bytes, &header, index, plan)?
     };
     Ok(Decoded { splats, notes })
+}
+
+/// Comments of the file as notes.
+pub(super) fn comments(header: &Header) -> Vec<String> {
+    header.comments.iter().map(|c| format!("comment: {c}")).collect()
 }
 
 /// Room for the rows of `vertex`; called after it is known that the file can hold them.
@@ -79,7 +80,7 @@ fn read_binary(bytes: &[u8], header: &Header, index: usize, mut plan: Plan) -> R
 }
 
 /// What follows the rows of an element.
-fn skip_binary<'a>(body: &'a [u8], element: &Element, big: bool) -> Result<&'a [u8], SplatError> {
+pub(super) fn skip_binary<'a>(body: &'a [u8], element: &Element, big: bool) -> Result<&'a [u8], SplatError> {
     let place = || format!("rows of `{}`", element.name);
     if let Some(stride) = element.stride() {
         let needs = u128::from(element.count) * stride as u128;
@@ -109,7 +110,7 @@ fn skip_binary<'a>(body: &'a [u8], element: &Element, big: bool) -> Result<&'a [
 }
 
 /// A binary number in double precision: exact for every kind.
-fn double(cell: &[u8], kind: Kind, big: bool) -> f64 {
+pub(super) fn double(cell: &[u8], kind: Kind, big: bool) -> f64 {
     let mut raw = [0_u8; 8];
     raw[..cell.len()].copy_from_slice(cell);
     if big {

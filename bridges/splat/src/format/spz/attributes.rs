@@ -32,3 +32,19 @@ pub(super) fn smallest_three(mut bits: u32) -> [f32; 4] {
     q[largest] = (1.0 - q.iter().map(|v| v * v).sum::<f64>()).max(0.0).sqrt();
     [q[3], q[0], q[1], q[2]].map(|v| v as f32)
 }
+
+/// The number that [`smallest_three`] reads; w, x, y, z need not be of length one, zero is the identity.
+pub(super) fn pack_smallest_three(q: [f32; 4]) -> u32 {
+    let [w, x, y, z] = q.map(f64::from);
+    let length = (w * w + x * x + y * y + z * z).sqrt();
+    let unit = if length > 0.0 { [x, y, z, w].map(|v| v / length) } else { [0.0, 0.0, 0.0, 1.0] };
+    let largest = (1..4).fold(0, |best, i| if unit[i].abs() > unit[best].abs() { i } else { best });
+    // q and −q are the same rotation: the component that is left out is taken as positive.
+    let sign = unit[largest].signum();
+    let mut bits = largest as u32;
+    for v in (0..4).filter(|&i| i != largest).map(|i| sign * unit[i]) {
+        let magnitude = (511.0 * v.abs() / LARGEST_SMALL).round().min(511.0) as u32;
+        bits = (bits << 10) | (u32::from(v < 0.0) << 9) | magnitude;
+    }
+    bits
+}

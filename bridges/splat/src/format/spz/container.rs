@@ -9,7 +9,8 @@ use crate::error::{Fault, SplatError};
 use crate::format::Limits;
 use crate::splats::coefficients;
 
-const MAGIC: u32 = 0x5053_474e;
+/// `NGSP`.
+pub(super) const MAGIC: u32 = 0x5053_474e;
 const OLD_HEADER: usize = 16;
 const NEW_HEADER: usize = 32;
 /// A zstd window is this at least, because encoders choose it before they know the length.

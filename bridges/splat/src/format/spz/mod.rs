@@ -1,9 +1,11 @@
-//! `.spz` versions 2 to 4: whole attributes as byte arrays, packed as gzip (2, 3) or as zstd streams (4).
+//! `.spz` versions 2 to 4: whole attributes as byte arrays, packed as gzip (2, 3) or as zstd streams (4). Version 3 is
+//! written.
 //!
 //! Axes are right, up, back ([`crate::Axes::Rub`]). Layout as published with the format's own code (MIT).
 
 mod attributes;
 mod container;
+mod write;
 
 use super::{Decoded, Format, Limits};
 use crate::error::SplatError;
@@ -16,7 +18,7 @@ pub(super) const FORMAT: Format = Format {
     axes: Axes::Rub,
     recognise: |bytes| bytes.starts_with(b"NGSP") || bytes.starts_with(&[0x1f, 0x8b]),
     read: |bytes| read(bytes, Limits::default()),
-    write: None,
+    write: Some(write::write),
 };
 
 /// Flag: trained with the antialiasing filter.

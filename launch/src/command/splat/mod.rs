@@ -1,0 +1,130 @@
+//! `cosplat splat`: what a splat file holds, the same in another format, a picture of it.
+
+mod convert;
+mod guess;
+mod info;
+mod picture;
+pub(crate) mod statistics;
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use clap::{Args, Subcommand};
+use cosplat_splat::SplatError;
+use cosplat_splat::format::{self, Decoded, ending_of};
+
+pub(crate) use guess::convention;
+
+use crate::cli::Format;
+use crate::exit::{Code, Error, Problem};
+
+const EXAMPLES: &str = "\
+Examples:
+  cosplat splat info capture.ply                is it what it should be? which way is up? how large?
+  cosplat splat convert capture.sog capture.ply
+  cosplat splat render capture.spz capture.png --eye 0,0.4,2 --size 1280x720";
+
+/// Largest file that is read: larger captures do not fit into memory with what is made of them.
+const LARGEST_BYTES: u64 = 4 << 30;
+
+/// `cosplat splat`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct SplatArgs {
+    /// What to do with the file
+    #[command(subcommand)]
+    pub(crate) command: SplatCommand,
+}
+
+/// Commands about splat files.
+#[derive(Clone, Debug, Subcommand)]
+pub(crate) enum SplatCommand {
+    /// Say what a splat file holds, and what looks wrong about it
+    Info(info::InfoArgs),
+    /// Write a splat file in the format of another ending, and say what that loses
+    Convert(convert::ConvertArgs),
+    /// Draw a splat file as PNG
+    Render(picture::RenderArgs),
+}
+
+impl SplatArgs {
+    /// Form of the answer on standard output.
+    pub(crate) fn format(&self) -> Format {
+        match &self.command {
+            SplatCommand::Info(args) => args.format,
+            SplatCommand::Convert(args) => args.format,
+            SplatCommand::Render(args) => args.format,
+        }
+    }
+}
+
+/// Looks at, converts or draws a splat file.
+///
+/// # Errors
+/// The file cannot be used, or the result cannot be written.
+pub(crate) fn splat(args: &SplatArgs) -> Result<Code, Error> {
+    match &args.command {
+        SplatCommand::Info(args) => info::info(args),
+        SplatCommand::Convert(args) => convert::convert(args),
+        SplatCommand::Render(args) => picture::render(args),
+    }
+}
+
+/// A decoded file.
+pub(crate) struct Capture {
+    /// Name of its format.
+    pub(crate) format: &'static str,
+    /// Bytes of the file.
+    pub(crate) bytes: u64,
+    /// Gaussians and remarks.
+    pub(crate) decoded: Decoded,
+    /// How long reading and decoding took.
+    pub(crate) time: Duration,
+}
+
+/// Reads a splat file.
+///
+/// # Errors
+/// There is no such file, or it is no splat file, or it is damaged.
+pub(crate) fn read(path: &Path) -> Result<Capture, Error> {
+    let start = Instant::now();
+    let cannot = |why: &dyn std::fmt::Display| {
+        let problem = Problem::new(format!("Cannot read `{}`", path.display())).at(path).because(why);
+        Error::new(Code::Scene, problem.hint("check the path and its permissions"))
+    };
+    let about = fs::metadata(path).map_err(|e| cannot(&e))?;
+    if !about.is_file() || about.len() > LARGEST_BYTES {
+        return Err(cannot(&format!("it is no file of at most {LARGEST_BYTES} bytes")));
+    }
+    let bytes = fs::read(path).map_err(|e| cannot(&e))?;
+    let ending = ending_of(path);
+    let known = format::of(&bytes, ending).map_err(|e| refused(path, e))?;
+    let decoded = format::read(&bytes, ending).map_err(|e| refused(path, e))?;
+    Ok(Capture { format: known.name, bytes: bytes.len() as u64, decoded, time: start.elapsed() })
+}
+
+/// What a codec says about a file, as a problem of this program.
+fn refused(path: &Path, error: SplatError) -> Error {
+    let problem = Problem::new(format!("Cannot use the splat file `{}`", path.display()))
+        .at(path)
+        .because(format!("{}: {}", error.place, error.what));
+    Error::new(Code::Scene, problem.hint(error.advice))
+}
+
+/// Puts a whole file in place: readers see the old one or the new one, never a part.
+fn put(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let mut name = OsString::from(".part-");
+    name.push(path.file_name().unwrap_or_default());
+    let part: PathBuf = path.with_file_name(name);
+    fs::write(&part, bytes).and_then(|()| fs::rename(&part, path)).map_err(|error| {
+        // What is left of it is of no use; that it cannot be removed is no second problem.
+        let _ = fs::remove_file(&part);
+        let problem = Problem::new(format!("Cannot write `{}`", path.display())).at(path).because(error);
+        Error::new(
+            Code::Environment,
+            problem.hint("check that the folder exists, that you may write to it and its room"),
+        )
+    })
+}
