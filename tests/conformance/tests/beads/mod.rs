@@ -125,6 +125,7 @@ impl Plugin for Beads {
             materials: vec!["point-mass".into()],
             roles: vec![InterfaceRole::Respond, InterfaceRole::Link],
             boundary: BoundaryForm::SamplesF64 { normals: false },
+            visual: None,
             features: vec!["gravity".into()],
             probes: Vec::new(),
             saves: Saves { bytes: true, deterministic: true },
