@@ -56,6 +56,15 @@ fn a_seed_is_a_run() {
     }
 }
 
+/// Runs that are killed go on from a checkpoint more often than not; otherwise the seeds would show nothing about it.
+#[test]
+fn crashed_runs_are_resumed() {
+    let crashes = |seed: &u64| sim::Scenario::from_seed(*seed).trouble == sim::Trouble::Crash;
+    let reports: Vec<sim::Report> = (0..300).filter(crashes).map(|seed| sim::check_seed(seed).unwrap()).collect();
+    let resumed = reports.iter().filter(|report| report.resumed > 0).count();
+    assert!(2 * resumed > reports.len(), "{resumed} of {} crashed runs had a checkpoint", reports.len());
+}
+
 /// Every check of the protocol, switched off alone, is a bug that some seed notices.
 #[test]
 fn every_hand_made_protocol_bug_is_caught() {

@@ -26,8 +26,10 @@ const ACCEPTED: [&str; 12] = [
 const EXCEPTIONS: [&str; 1] = ["LLVM-exception"];
 
 /// Packages under a licence that is accepted for them alone, and why.
-const ALONE: [(&str, &str, &str); 1] =
-    [("option-ext", "MPL-2.0", "copyleft by file; used unmodified, behind `shellexpand` of zenoh; named in NOTICE")];
+const ALONE: [(&str, &str, &str); 2] = [
+    ("indent", "MPL-2.0", "copyleft by file; used unmodified, behind `re_chunk_store` of rerun; named in NOTICE"),
+    ("option-ext", "MPL-2.0", "copyleft by file; used unmodified, behind `shellexpand` of zenoh; named in NOTICE"),
+];
 
 /// Why a package may not be used, if so.
 fn objection(name: &str, licence: Option<&str>) -> Option<String> {

@@ -23,7 +23,6 @@ use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
 
 use crate::exit::{Code, Error, Problem};
-use crate::frames::{PICTURES, PREVIEW, RECORDING, SPLATS};
 
 /// The scene as run, versions, plan. Its presence says that a folder was made by this program.
 pub(crate) const RUN: &str = "run.toml";
@@ -37,6 +36,14 @@ pub(crate) const TRACE: &str = "trace.json";
 pub(crate) const SUMMARY: &str = "summary.json";
 /// Pictures, curves and verdicts for people.
 pub(crate) const REPORT: &str = "report.html";
+/// A picture of each frame.
+pub(crate) const PICTURES: &str = "frames";
+/// All pictures as one animation.
+pub(crate) const PREVIEW: &str = "preview.png";
+/// Each frame as a splat file.
+pub(crate) const SPLATS: &str = "splats";
+/// Gaussians, particles, impulses and curves over time.
+pub(crate) const RECORDING: &str = "run.rrd";
 /// What each process wrote to standard error.
 pub(crate) const LOGS: &str = "logs";
 

@@ -13,9 +13,9 @@ use super::ledger::Ledger;
 use super::probes::{self, Probes};
 use super::tally::Tally;
 use super::trace::Trace;
-use super::{LEDGER, PROBES, RUN, RunFolder, SUMMARY, TRACE};
+use super::{LEDGER, PICTURES, PREVIEW, PROBES, RECORDING, RUN, RunFolder, SPLATS, SUMMARY, TRACE};
 use crate::exit::Error;
-use crate::frames::{Frames, PICTURES, PREVIEW, RECORDING, SPLATS};
+use crate::frames::Frames;
 
 /// Every file that grows with the run, and the sums for its summary.
 #[derive(Debug)]

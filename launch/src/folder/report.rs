@@ -8,9 +8,9 @@ use cosplat_core::scene::Scene;
 use super::curves::Table;
 use super::record::PluginRecord;
 use super::summary::Summary;
-use super::{LEDGER, PROBES, REPORT, RunFolder};
+use super::{LEDGER, PREVIEW, PROBES, REPORT, RunFolder};
 use crate::exit::Error;
-use crate::frames::{Frames, PREVIEW};
+use crate::frames::Frames;
 use crate::page::{self, Picture, Report};
 
 /// What a report is made from, beside the files of the run.

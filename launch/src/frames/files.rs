@@ -7,15 +7,7 @@ use cosplat_viewer::Camera;
 
 use super::Drawn;
 use super::rows::Row;
-
-/// Folder of the pictures, below the run folder.
-pub(crate) const PICTURES: &str = "frames";
-/// Folder of the splat files.
-pub(crate) const SPLATS: &str = "splats";
-/// The animation.
-pub(crate) const PREVIEW: &str = "preview.png";
-/// The recording.
-pub(crate) const RECORDING: &str = "run.rrd";
+use crate::folder::{PICTURES, SPLATS};
 
 /// What is to be made.
 pub(crate) struct Wanted {

@@ -19,7 +19,7 @@ use cosplat_core::plugin::{
 use cosplat_core::visual::VisualFrame;
 
 pub(crate) use body::{Drawn, Look};
-pub(crate) use files::{Frames, PICTURES, PREVIEW, RECORDING, SPLATS, Wanted};
+pub(crate) use files::{Frames, Wanted};
 pub(crate) use rows::Row;
 use worker::Worker;
 

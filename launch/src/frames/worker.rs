@@ -13,8 +13,9 @@ use cosplat_viewer::{Camera, Gaussians, Options, Preview, PreviewOptions, View, 
 use nalgebra::Vector3;
 
 use super::body::{Look, Player};
-use super::files::{Frames, PICTURES, PREVIEW, RECORDING, SPLATS, Wanted, picture, splats};
+use super::files::{Frames, Wanted, picture, splats};
 use super::rows::{CURVES, Sums};
+use crate::folder::{PICTURES, PREVIEW, RECORDING, SPLATS};
 
 /// Length of an arrow for an impulse \[m/(N s)\].
 const ARROW: f64 = 0.2;

@@ -266,7 +266,7 @@ mod tests {
         other["name"] = "mud".into();
         assert!(answer(&other).is_ok());
         other["protocol"] = serde_json::json!([PROTOCOL + 1, PROTOCOL + 3]);
-        assert!(answer(&other).unwrap_err().to_string().contains("this program 1"));
+        assert!(answer(&other).unwrap_err().to_string().contains(&format!("this program {PROTOCOL}")));
         other["name"] = "../x".into();
         assert!(matches!(answer(&other), Err(Refusal::BadName(_))));
     }

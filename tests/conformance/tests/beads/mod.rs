@@ -5,6 +5,7 @@
 mod fault;
 mod refuse;
 
+use cosplat_core::control::PROTOCOL;
 use cosplat_core::boundary::{
     BoundaryState, Impulses, SampleStatics, Samples, Vec3, Wrench, add, cross, dot, norm, scale, sub,
 };
@@ -120,7 +121,7 @@ impl Plugin for Beads {
             name: if self.is(Fault::ShoutsItsName) { "BEADS!".into() } else { "beads".into() },
             version: "1.0.0".into(),
             summary: if self.is(Fault::ChangesItsMind) && self.described { "Grains".into() } else { "Beads".into() },
-            protocol: [1, 1],
+            protocol: [PROTOCOL; 2],
             body_kinds: vec!["points".into()],
             materials: vec!["point-mass".into()],
             roles: vec![InterfaceRole::Respond, InterfaceRole::Link],
