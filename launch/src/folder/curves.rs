@@ -73,11 +73,41 @@ impl Table {
         let mut energy = of(&mut solvers(), "kinetic_j", None);
         energy.extend(self.line("total", "total_energy_j", None));
         let charts = [
-            chart("Closure", "1", true, "Change of momentum that no impulse explains, over the largest gross momentum of the run. The gate of a single-precision solver grows with its substeps; drawn is that of one.", closures.collect()),
-            chart("Transfer defect", "N s", true, "Impulse given minus impulse received. It must be exactly 0.", of(&mut crossing(), "transfer_defect_n_s", Some(0.0))),
-            chart("Impulse of a window", "N s", false, "Sum of the magnitudes of all impulses that crossed.", of(&mut crossing(), "gross_n_s", None)),
-            chart("Residual", "m/s", false, "By how much the stand-in of a partner went elsewhere than the partner itself.", of(&mut interfaces(), "residual", None)),
-            chart("Kinetic energy, and total energy", "J", false, "The total has gravity and elastic energy in it.", energy),
+            chart(
+                "Closure",
+                "1",
+                true,
+                "Change of momentum that no impulse explains, over the largest gross momentum of the run. The gate of a single-precision solver grows with its substeps; drawn is that of one.",
+                closures.collect(),
+            ),
+            chart(
+                "Transfer defect",
+                "N s",
+                true,
+                "Impulse given minus impulse received. It must be exactly 0.",
+                of(&mut crossing(), "transfer_defect_n_s", Some(0.0)),
+            ),
+            chart(
+                "Impulse of a window",
+                "N s",
+                false,
+                "Sum of the magnitudes of all impulses that crossed.",
+                of(&mut crossing(), "gross_n_s", None),
+            ),
+            chart(
+                "Residual",
+                "m/s",
+                false,
+                "By how much the stand-in of a partner went elsewhere than the partner itself.",
+                of(&mut interfaces(), "residual", None),
+            ),
+            chart(
+                "Kinetic energy, and total energy",
+                "J",
+                false,
+                "The total has gravity and elastic energy in it.",
+                energy,
+            ),
             chart("Substeps of a window", "1", false, "", of(&mut solvers(), "substeps", None)),
         ];
         charts.into_iter().filter(|c| !c.lines.is_empty()).collect()

@@ -8,7 +8,10 @@ use cosplat_viewer::recording::Curves;
 
 /// Plots of a recording, from the top.
 pub(super) const CURVES: [Curves<'static>; 5] = [
-    Curves { path: "curves/closure", title: "log10 of the closure: momentum the states do not explain, of the largest" },
+    Curves {
+        path: "curves/closure",
+        title: "log10 of the closure: momentum the states do not explain, of the largest",
+    },
     Curves { path: "curves/impulse", title: "impulse that crossed in a window [N s]" },
     Curves { path: "curves/residual", title: "stand-in against partner [m/s]" },
     Curves { path: "curves/energy", title: "energy [J]" },

@@ -19,12 +19,15 @@ const LARGEST_BYTES: u64 = 4 << 30;
 pub(super) fn read(scene: &Source, name: &str) -> Result<(Cow<'static, [u8]>, PathBuf), String> {
     let Some(file) = &scene.file else {
         let found = BUILT_IN.iter().find(|(known, _)| *known == name);
-        let (_, bytes) = found.ok_or_else(|| format!("there is no `{name}` inside this program; write the scene to a file to use files of your own"))?;
+        let (_, bytes) = found.ok_or_else(|| {
+            format!("there is no `{name}` inside this program; write the scene to a file to use files of your own")
+        })?;
         return Ok((Cow::Borrowed(*bytes), PathBuf::from(name)));
     };
     let path = file.parent().unwrap_or(Path::new("")).join(name);
     let shown = path.display();
-    let about = fs::metadata(&path).map_err(|e| format!("cannot read `{shown}`: {e}; paths are relative to the scene's file"))?;
+    let about = fs::metadata(&path)
+        .map_err(|e| format!("cannot read `{shown}`: {e}; paths are relative to the scene's file"))?;
     if !about.is_file() || about.len() > LARGEST_BYTES {
         let bytes = about.len();
         return Err(format!("cannot read `{shown}`: it is no file of at most {LARGEST_BYTES} bytes, but has {bytes}"));

@@ -142,7 +142,9 @@ impl Maker<'_> {
             Source::Mesh { .. } if is_rigid => self.rigid_mesh(&body.source, body.spacing_m, colour),
             Source::Mesh { .. } => self.filled_mesh(body, colour),
             _ if !self.draws || visual.is_none() => Ok(Made { asset: None, look: None, notes: Vec::new() }),
-            source if is_rigid => Ok(Made { asset: None, look: shape::look(source, body.spacing_m, colour)?, notes: Vec::new() }),
+            source if is_rigid => {
+                Ok(Made { asset: None, look: shape::look(source, body.spacing_m, colour)?, notes: Vec::new() })
+            }
             _ => Ok(Made { asset: None, look: Some(Look::Dots(shape::spacing(body), colour)), notes: Vec::new() }),
         }
     }
@@ -151,7 +153,9 @@ impl Maker<'_> {
     fn wall(&self, wall: &StaticCollider) -> Result<Made, String> {
         let mut made = match &wall.source {
             Source::Mesh { .. } => self.rigid_mesh(&wall.source, None, wall.color.unwrap_or(PLAIN))?,
-            source => Made { asset: None, look: shape::look(source, None, wall.color.unwrap_or(PLAIN))?, notes: Vec::new() },
+            source => {
+                Made { asset: None, look: shape::look(source, None, wall.color.unwrap_or(PLAIN))?, notes: Vec::new() }
+            }
         };
         made.look = made.look.filter(|_| self.draws && wall.color.is_some());
         Ok(made)

@@ -75,7 +75,10 @@ fn a_small_scene_is_read_with_its_defaults() {
     assert_eq!(scene.clock.link_scheme, Scheme::Alternating);
     assert_eq!(scene.clock.contact_scheme, Scheme::Serial);
     assert_eq!(scene.clock.motion_rule, MotionRule::Hold);
-    assert_eq!(scene.run, RunSpec { threads: None, join_limit_s: 30.0, silence_limit_s: 10.0, rigidify: true, break_with: None });
+    assert_eq!(
+        scene.run,
+        RunSpec { threads: None, join_limit_s: 30.0, silence_limit_s: 10.0, rigidify: true, break_with: None }
+    );
     assert_eq!(scene.solvers["left"].plugin.as_deref(), Some("oscillator"));
     assert_eq!(scene.bodies[1].material, Material::PointMass);
     let wall = Link {

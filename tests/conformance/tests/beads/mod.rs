@@ -5,10 +5,10 @@
 mod fault;
 mod refuse;
 
-use cosplat_core::control::PROTOCOL;
 use cosplat_core::boundary::{
     BoundaryState, Impulses, SampleStatics, Samples, Vec3, Wrench, add, cross, dot, norm, scale, sub,
 };
+use cosplat_core::control::PROTOCOL;
 use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{
     BodyState, BoundaryOutput, Descriptor, Energy, Inputs, InterfaceReport, InterfaceRole, InterfaceView, Outputs,
