@@ -1,0 +1,211 @@
+//! Forces and density rates: two passes over the pairs of particles in a substep.
+//!
+//! Pressure `F_ij = -V_i V_j (p_i + p_j) ∇W` and continuity `ρ̇_i = ρ_i Σ V_j (v_i - v_j)·∇W` belong together: what the one
+//! does as work the other stores (Colagrossi and Landrini 2003). Viscosity in Monaghan's form
+//! `F_ij = 10 μ V_i V_j (v_ij·x_ij)/(r² + 0.01 h²) ∇W` (Monaghan, "Smoothed particle hydrodynamics", 2005, eq. 8.16 in three
+//! dimensions) acts along the line between two particles, so that angular momentum is kept. Densities diffuse,
+//! `δ h c Σ 2 (ρ_j - ρ_i - ρ_ij^H)(x_ji·∇W)/r² V_j` (Molteni and Colagrossi 2009), less what hydrostatics makes of their
+//! difference (Fourtakas et al. 2019, to first order in the compression).
+
+use cosplat_core::boundary::{Vec3, Wrench, add, cross, dot, scale};
+use wide::f64x4;
+
+use crate::kernel::Kernel;
+use crate::lanes::{Four, LANES, Pack, gather};
+use crate::model::Model;
+use crate::near::{CHUNK, Lists, for_chunks};
+use crate::store::Store;
+use crate::wall::Walls;
+
+/// Kernel sum below which a particle is spray: it forgets that it was ever rarefied.
+const SPRAY: f64 = 0.6;
+
+/// Sums over a chunk in one substep.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sums {
+    /// Power of viscosity, as a loss \[W\].
+    pub(crate) lost: f64,
+    /// Largest square of an acceleration and of a speed; NaN where one is not a number.
+    pub(crate) acceleration: f64,
+    pub(crate) speed: f64,
+    /// Gravity's and static walls' force and moment about the origin \[N, N m\].
+    pub(crate) weight: Wrench,
+    pub(crate) walls: Wrench,
+}
+
+/// The larger one, or NaN.
+pub(crate) fn largest(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
+}
+
+/// Everything that the passes read beside the particles' packs.
+pub(crate) struct Pass<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) lists: &'a Lists,
+    /// Gravity of each body \[m/s²\].
+    pub(crate) gravity: &'a [Vec3],
+    pub(crate) dt: f64,
+    pub(crate) parallel: bool,
+}
+
+/// Viscous part of the factor of four pairs, `10 μ (v·x)/(r² + 0.01 h²)` \[Pa\].
+#[inline]
+pub(crate) fn drag(kernel: &Kernel, viscosity: f64x4, approach: f64x4, square: f64x4) -> f64x4 {
+    f64x4::splat(10.0) * viscosity * approach / (square + f64x4::splat(0.01 * kernel.h * kernel.h))
+}
+
+/// Pressure by the Tait equation with exponent 7 \[Pa\]; a liquid is never under tension.
+pub(crate) fn pressure(stiffness: f64, ratio: f64) -> f64 {
+    let cube = ratio * ratio * ratio;
+    (stiffness * (cube * cube * ratio - 1.0)).max(0.0)
+}
+
+/// What a kilogram stores by its compression \[J/kg\]: `∫ p dρ/ρ²`.
+pub(crate) fn stored(stiffness: f64, rho: f64, ratio: f64) -> f64 {
+    let s = ratio.max(1.0);
+    let cube = s * s * s;
+    stiffness / rho * ((cube * cube - 1.0) / 6.0 + 1.0 / s - 1.0)
+}
+
+impl Pass<'_> {
+    /// Packs the particles.
+    pub(crate) fn pack(&self, store: &Store, pack: &mut [Pack]) {
+        let mut nothing = vec![(); store.len().div_ceil(CHUNK)];
+        for_chunks(self.parallel, pack, &mut nothing, &|c, pack, ()| {
+            for (k, pack) in pack.iter_mut().enumerate() {
+                let i = c * CHUNK + k;
+                let id = store.id[i] as usize;
+                let liquid = &self.model.liquids[self.model.body[id] as usize];
+                let rho = store.rho[i];
+                let pressure = pressure(liquid.stiffness, rho / liquid.rho);
+                *pack = Pack { x: store.x[i], volume: self.model.mass[id] / rho, v: store.v[i], pressure };
+            }
+        });
+    }
+
+    /// Accelerations \[m/s²\].
+    pub(crate) fn accelerate(
+        &self,
+        store: &Store,
+        pack: &[Pack],
+        walls: &Walls,
+        acceleration: &mut [Vec3],
+        sums: &mut [Sums],
+    ) {
+        let model = self.model;
+        let kernel = model.kernel;
+        for_chunks(self.parallel, acceleration, sums, &|c, acceleration, sums| {
+            *sums = Sums::default();
+            for (k, acceleration) in acceleration.iter_mut().enumerate() {
+                let i = c * CHUNK + k;
+                let id = store.id[i] as usize;
+                let (body, own, mass) = (model.body[id] as usize, &pack[i], model.mass[id]);
+                let (mut force, mut lost) = ([f64x4::ZERO; 3], f64x4::ZERO);
+                let pressure = f64x4::splat(own.pressure);
+                for j in self.lists.chunks()[c].row(k).chunks_exact(LANES) {
+                    let others = Four::new(own, pack, j);
+                    let slope = kernel.slopes(others.r) * others.volume;
+                    let approach = others.approach();
+                    let shear = drag(&kernel, self.viscosities(store, body, j), approach, others.square);
+                    lost -= slope * shear * approach;
+                    let along = slope * (shear - pressure - others.pressure);
+                    force = [0, 1, 2].map(|k| force[k] + others.apart[k] * along);
+                }
+                let mut force = scale(gather(force), own.volume);
+                let mut lost = 0.5 * own.volume * lost.reduce_add();
+                let touched = walls.near(i);
+                if !touched.is_empty() {
+                    let (by_statics, by_partners, rubbed) = walls.press(model, own, touched);
+                    lost += rubbed;
+                    sums.walls = sums.walls.plus(Wrench { linear: by_statics, angular: cross(own.x, by_statics) });
+                    force = add(force, add(by_statics, by_partners));
+                }
+                let g = self.gravity[body];
+                *acceleration = add(scale(force, 1.0 / mass), g);
+                sums.lost += lost;
+                sums.acceleration = largest(dot(*acceleration, *acceleration), sums.acceleration);
+                let weight = scale(g, mass);
+                sums.weight = sums.weight.plus(Wrench { linear: weight, angular: cross(own.x, weight) });
+            }
+        });
+    }
+
+    /// Viscosities of four pairs: the harmonic mean, which keeps the shear stress continuous (Cleary and Monaghan 1999).
+    #[inline]
+    fn viscosities(&self, store: &Store, body: usize, j: &[u32]) -> f64x4 {
+        let (liquids, own) = (&self.model.liquids, self.model.liquids[body].viscosity);
+        if liquids.len() == 1 {
+            return f64x4::splat(own);
+        }
+        let mean = |k: usize| {
+            let Some(&id) = store.id.get(j[k] as usize) else { return own };
+            let other = liquids[self.model.body[id as usize] as usize].viscosity;
+            2.0 * own * other / (own + other).max(f64::MIN_POSITIVE)
+        };
+        f64x4::new([mean(0), mean(1), mean(2), mean(3)])
+    }
+
+    /// Velocities after the impulses, in the store and the packs.
+    pub(crate) fn kick(&self, acceleration: &[Vec3], store: &mut Store, pack: &mut [Pack], sums: &mut [Sums]) {
+        for_chunks(self.parallel, &mut store.v, sums, &|c, v, sums| {
+            for (k, v) in v.iter_mut().enumerate() {
+                *v = add(*v, scale(acceleration[c * CHUNK + k], self.dt));
+                sums.speed = largest(dot(*v, *v), sums.speed);
+            }
+        });
+        for (pack, v) in pack.iter_mut().zip(&store.v) {
+            pack.v = *v;
+        }
+    }
+
+    /// Densities at the end of the substep, from the velocities after the impulses at the places before them.
+    pub(crate) fn compress(&self, store: &Store, pack: &[Pack], walls: &Walls, next: &mut [f64]) {
+        let mut nothing = vec![(); store.len().div_ceil(CHUNK)];
+        let model = self.model;
+        let kernel = model.kernel;
+        for_chunks(self.parallel, next, &mut nothing, &|c, next, ()| {
+            for (k, next) in next.iter_mut().enumerate() {
+                let i = c * CHUNK + k;
+                let body = model.body[store.id[i] as usize];
+                let (own, rho, liquid) = (&pack[i], store.rho[i], &model.liquids[body as usize]);
+                let slant = scale(self.gravity[body as usize], liquid.rho / (liquid.sound * liquid.sound));
+                let (mut squeeze, mut smooth, mut sum) = (f64x4::ZERO, f64x4::ZERO, f64x4::ZERO);
+                for j in self.lists.chunks()[c].row(k).chunks_exact(LANES) {
+                    let others = Four::new(own, pack, j);
+                    let slope = kernel.slopes(others.r) * others.volume;
+                    squeeze += slope * others.approach();
+                    sum += kernel.weights(others.r) * others.volume;
+                    let steep = [0, 1, 2].map(|k| f64x4::splat(slant[k]) * others.apart[k]);
+                    let denser = self.densities(store, body, rho, j) - f64x4::splat(rho);
+                    smooth -= slope * (denser + steep[0] + steep[1] + steep[2]);
+                }
+                for b in walls.near(i).chunks_exact(LANES) {
+                    let others = Four::new(own, &walls.moving, b);
+                    squeeze += kernel.slopes(others.r) * others.volume * others.approach();
+                    sum += kernel.weights(others.r) * others.volume;
+                }
+                let (squeeze, smooth) = (squeeze.reduce_add(), smooth.reduce_add());
+                let sum = sum.reduce_add() + own.volume * kernel.weight(0.0);
+                let diffusion = 2.0 * model.params.diffusion * kernel.h * liquid.sound;
+                *next = rho + self.dt * (rho * squeeze + diffusion * smooth);
+                if sum < SPRAY && *next < liquid.rho {
+                    *next = liquid.rho;
+                }
+            }
+        });
+    }
+
+    /// Densities of four neighbours; the own one for those of another body, between which nothing diffuses.
+    #[inline]
+    fn densities(&self, store: &Store, body: u32, own: f64, j: &[u32]) -> f64x4 {
+        let alone = self.model.liquids.len() == 1;
+        let one = |k: usize| {
+            let j = j[k] as usize;
+            match store.rho.get(j) {
+                Some(&rho) if alone || self.model.body[store.id[j] as usize] == body => rho,
+                _ => own,
+            }
+        };
+        f64x4::new([one(0), one(1), one(2), one(3)])
+    }
+}

@@ -1,0 +1,283 @@
+//! From a solver's part of a scene to a [`Model`], with every feature that is missing refused by name.
+
+use std::collections::BTreeMap;
+
+use cosplat_core::asset::Asset;
+use cosplat_core::boundary::{Vec3, add, norm, scale};
+use cosplat_core::plan::{BoundaryForm, LeftOut};
+use cosplat_core::plugin::{Descriptor, PluginError, Refusals, SolverScene, ViewRole};
+use cosplat_core::scene::{ActionKind, Body, Material, PairSpec, Source, StaticCollider, Wall};
+
+use crate::fill::{fill, spacing};
+use crate::kernel::Kernel;
+use crate::mesh::{mesh_shell, not_solid};
+use crate::model::{Face, Gravity, Liquid, Model, Solid};
+use crate::params::Params;
+use crate::shape::{Frame, Shape};
+use crate::shell::{Piece, shell};
+use crate::store::Store;
+
+/// Spacings that differ by less than this share are the same.
+const SAME: f64 = 0.01;
+/// Bond number of a particle above which surface tension is left out.
+const WEAK_TENSION: f64 = 10.0;
+/// Distance from a static solid, in spacings, below which a particle is left out at the start: at rest it is half.
+const TOO_NEAR: f64 = 0.25;
+
+/// A model, its particles at t = 0, and what was left out.
+pub(crate) type Read = (Model, Store, Vec<LeftOut>);
+
+/// Reads a scene.
+pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read, PluginError> {
+    let mut refusals = Refusals::undeclared(descriptor, scene);
+    let params = Params::read(scene)?;
+    let mut chosen = f64::NAN;
+    for body in &scene.bodies {
+        match spacing(scene, body) {
+            Err(why) => refusals.push(why),
+            Ok(d) if chosen.is_nan() => chosen = d,
+            Ok(d) if (d / chosen - 1.0).abs() > SAME => {
+                refusals.push(format!("spacings of {chosen} m and {d} m in one solver (body `{}`)", body.name));
+            }
+            Ok(_) => {}
+        }
+    }
+    let spacing = if chosen.is_nan() { 1.0 } else { chosen };
+    let model = Model {
+        liquids: Vec::new(),
+        body: Vec::new(),
+        mass: Vec::new(),
+        start: Vec::new(),
+        solids: Vec::new(),
+        formulas: Vec::new(),
+        faces: Vec::new(),
+        interfaces: scene.interfaces.iter().map(|v| v.id).collect(),
+        gravity: Vec::new(),
+        kernel: Kernel::new(spacing),
+        spacing,
+        params,
+        threads: scene.threads,
+    };
+    let mut reader = Reader { scene, model, refusals, left_out: Vec::new(), velocity: Vec::new() };
+    for wall in &scene.statics {
+        reader.wall(wall);
+    }
+    for (index, body) in scene.bodies.iter().enumerate() {
+        reader.body(index, body);
+    }
+    reader.pairs();
+    reader.partners();
+    reader.gravity();
+    reader.refusals.finish()?;
+    let Reader { model, left_out, velocity, .. } = reader;
+    let rho = model.body.iter().map(|&b| model.liquids[b as usize].rho).collect();
+    let id = (0..model.mass.len() as u32).collect();
+    let store = Store { id, x: model.start.clone(), v: velocity, rho, acceleration: 0.0, dissipated: 0.0 };
+    Ok((model, store, left_out))
+}
+
+struct Reader<'a> {
+    scene: &'a SolverScene,
+    model: Model,
+    refusals: Refusals,
+    left_out: Vec<LeftOut>,
+    velocity: Vec<Vec3>,
+}
+
+impl Reader<'_> {
+    /// Boundary particles of a solid in its own frame, or about its centre of mass; none for planes.
+    fn pieces(&mut self, name: &str, source: &Source, about_centre: bool) -> Option<Vec<Piece>> {
+        let (spacing, depth) = (self.model.spacing, self.model.kernel.reach);
+        let made = match (Shape::of(source), self.scene.assets.get(name).map(AsRef::as_ref)) {
+            (Some(Shape::Plane(_)), _) => Err("a plane that moves".to_owned()),
+            (Some(shape), _) => shell(&shape, spacing, depth),
+            (None, Some(Asset::Mesh(mesh))) => Asset::Mesh(mesh.clone())
+                .check()
+                .and_then(|()| mesh.solid())
+                .map_err(|why| not_solid(&why))
+                .and_then(|s| mesh_shell(mesh, if about_centre { s.centroid_m } else { [0.0; 3] }, spacing, depth)),
+            _ => Err("anything but a plane, box, sphere, cylinder or closed triangle mesh".to_owned()),
+        };
+        made.map_err(|why| self.refusals.push(format!("`{name}` as a solid: {why}"))).ok()
+    }
+
+    fn wall(&mut self, wall: &StaticCollider) {
+        if wall.motion.is_some() {
+            self.refusals.push(format!("moving static colliders (`{}`)", wall.name));
+        }
+        let (frame, solid) = (Frame::at(&wall.pose), self.model.solids.len());
+        let shape = Shape::of(&wall.source);
+        let made = if let Some(plane @ Shape::Plane(_)) = shape {
+            Solid::Plane(frame, plane)
+        } else {
+            let Some(pieces) = self.pieces(&wall.name, &wall.source, false) else { return };
+            let world = pieces.into_iter().map(|(x, v)| (frame.out(x), v));
+            Solid::Fixed(world.filter(|(x, _)| !self.model.taken(*x, solid)).collect())
+        };
+        self.model.solids.push(made);
+        self.model.formulas.extend(shape.map(|shape| (solid, frame, shape)));
+        for (body, own) in self.scene.bodies.iter().enumerate() {
+            let pair = self.pair(&own.name, &wall.name);
+            let plain = match wall.wall {
+                Wall::Slip => 0.0,
+                Wall::NoSlip => 1.0,
+                Wall::Friction { kinetic_friction, .. } => kinetic_friction,
+            };
+            let slips = pair.as_ref().map_or(plain, |p| p.kinetic_friction) <= 0.0 && wall.wall != Wall::NoSlip;
+            if pair.is_none_or(|p| p.enabled) {
+                self.model.faces.push(Face { body, solid, interface: None, slips });
+            }
+        }
+        if let Wall::Friction { static_friction, kinetic_friction } = wall.wall
+            && static_friction.max(kinetic_friction) > 0.0
+        {
+            self.leave_out(
+                format!("Coulomb friction of `{}` on liquids", wall.name),
+                "a liquid sticks to a rough wall: no slip, by its viscosity",
+                None,
+            );
+        }
+    }
+
+    fn leave_out(&mut self, what: String, why: &str, indicator: Option<f64>) {
+        let why = why.to_owned();
+        self.left_out.push(LeftOut { what, why, indicator, limit: None, saved: "not measured".to_owned() });
+    }
+
+    /// What the scene says about a pair.
+    fn pair(&self, a: &str, b: &str) -> Option<PairSpec> {
+        self.scene.pairs.iter().find(|p| (p.a == a && p.b == b) || (p.a == b && p.b == a)).cloned()
+    }
+
+    fn body(&mut self, index: usize, body: &Body) {
+        let Material::SphLiquid { density_kg_m3: rho, stiffness_pa, viscosity_pa_s, surface_tension_n_m } =
+            body.material
+        else {
+            return;
+        };
+        self.surface_tension(body, rho, surface_tension_n_m);
+        if body.mass_kg.is_some() {
+            self.refusals.push(format!("a mass beside the density of the material (body `{}`)", body.name));
+        }
+        if !(rho > 0.0 && stiffness_pa > 0.0 && viscosity_pa_s >= 0.0) {
+            self.refusals.push(format!("a density or stiffness that is not positive (body `{}`)", body.name));
+        }
+        let (points, volumes) = match fill(self.scene, body, self.model.spacing) {
+            Ok(filled) => filled,
+            Err(why) => return self.refusals.push(why),
+        };
+        let all: f64 = volumes.iter().sum();
+        let moment = points.iter().zip(&volumes).fold([0.0; 3], |s, (&x, &v)| add(s, scale(body.pose.apply(x), v)));
+        let centre = scale(moment, 1.0 / all.max(f64::MIN_POSITIVE));
+        let first = self.model.mass.len();
+        let near = TOO_NEAR * self.model.spacing;
+        for (&point, volume) in points.iter().zip(&volumes) {
+            let x = body.pose.apply(point);
+            let solids = &self.model.formulas;
+            if solids.iter().any(|(_, frame, shape)| shape.distance(frame.into_local(x)) < near) {
+                continue;
+            }
+            self.model.body.push(index as u32);
+            self.model.mass.push(rho * volume);
+            self.model.start.push(x);
+            self.velocity.push(body.velocity.at(x, centre));
+        }
+        let end = self.model.mass.len();
+        let lost = points.len() - (end - first);
+        if lost > 0 {
+            let what = format!("{lost} of {} particles of `{}`", points.len(), body.name);
+            self.leave_out(what, "they lay inside a static collider", Some(lost as f64));
+        }
+        if end == first {
+            self.refusals.push(format!("a body without particles (body `{}`)", body.name));
+        }
+        let sound = body.material.wave_speed_m_s().unwrap_or(1.0);
+        // Monaghan's α as a viscosity in three dimensions (Monaghan, "Smoothed particle hydrodynamics", 2005, §4.1).
+        let artificial = rho * self.model.params.artificial * self.model.kernel.h * sound / 10.0;
+        self.model.liquids.push(Liquid {
+            name: body.name.clone(),
+            rho,
+            stiffness: stiffness_pa,
+            sound,
+            viscosity: viscosity_pa_s.max(artificial),
+            ids: first..end,
+            coupled: self.scene.is_coupled(&body.name),
+        });
+        if artificial > viscosity_pa_s {
+            let what = format!("the viscosity of `{}` below {artificial:.3e} Pa s", body.name);
+            self.leave_out(what, "`artificial_viscosity` keeps the motion of particles in order", Some(viscosity_pa_s));
+        }
+    }
+
+    /// Leaves surface tension out where even a single particle is too heavy for it, by its Bond number `ρ g d²/σ`.
+    fn surface_tension(&mut self, body: &Body, rho: f64, tension: f64) {
+        if tension <= 0.0 {
+            return;
+        }
+        let g = self.scene.actions.iter().filter_map(|a| match a.kind {
+            ActionKind::Gravity { acceleration_m_s2 } => Some(norm(acceleration_m_s2)),
+            _ => None,
+        });
+        let bond = rho * g.fold(0.0, f64::max) * self.model.spacing * self.model.spacing / tension;
+        let what = format!("surface tension of `{}`", body.name);
+        if bond < WEAK_TENSION {
+            let why = format!("{what} where it matters: ρ g d²/σ = {bond:.3} is below {WEAK_TENSION}; set it to 0");
+            return self.refusals.push(why);
+        }
+        self.left_out.push(LeftOut {
+            what,
+            why: "it holds no drop as large as a particle against gravity: ρ g d²/σ is above the limit".to_owned(),
+            indicator: Some(bond),
+            limit: Some(WEAK_TENSION),
+            saved: "not measured".to_owned(),
+        });
+    }
+
+    fn pairs(&mut self) {
+        let own = |name: &str| self.scene.bodies.iter().any(|b| b.name == name);
+        let apart = self.scene.pairs.iter().filter(|p| !p.enabled && own(&p.a) && own(&p.b));
+        for pair in apart.collect::<Vec<_>>() {
+            self.refusals.push(format!("liquids that do not touch (`{}` and `{}`)", pair.a, pair.b));
+        }
+    }
+
+    fn partners(&mut self) {
+        let mut known = BTreeMap::new();
+        for view in self.scene.interfaces.iter().filter(|v| v.role == ViewRole::ContactResolver) {
+            let Some(body) = self.scene.bodies.iter().position(|b| b.name == view.own) else {
+                self.refusals.push(format!("interfaces of bodies it does not have (`{}`)", view.own));
+                continue;
+            };
+            let solid = if let Some(&solid) = known.get(&view.partner) {
+                solid
+            } else {
+                let made = if view.partner_form == BoundaryForm::Proxy {
+                    let Some(source) = &view.partner_source else {
+                        self.refusals.push(format!("rigid partners without a shape (`{}`)", view.partner));
+                        continue;
+                    };
+                    let Some(pieces) = self.pieces(&view.partner, source, true) else { continue };
+                    Solid::Rigid(view.partner.clone(), pieces)
+                } else {
+                    Solid::Sampled(view.partner.clone())
+                };
+                self.model.solids.push(made);
+                known.insert(view.partner.clone(), self.model.solids.len() - 1);
+                self.model.solids.len() - 1
+            };
+            let slips = view.pair.as_ref().is_some_and(|p| p.kinetic_friction <= 0.0);
+            self.model.faces.push(Face { body, solid, interface: Some(view.id), slips });
+        }
+    }
+
+    fn gravity(&mut self) {
+        for action in &self.scene.actions {
+            if let ActionKind::Gravity { acceleration_m_s2: acceleration } = action.kind {
+                let all = action.bodies.is_empty();
+                let acts = self.scene.bodies.iter().map(|b| all || action.bodies.contains(&b.name)).collect();
+                let until = action.until_s.unwrap_or(f64::INFINITY);
+                self.model.gravity.push(Gravity { acceleration, acts, from: action.from_s, until });
+            }
+        }
+    }
+}

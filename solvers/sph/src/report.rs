@@ -1,0 +1,55 @@
+//! State and budgets, summed from the particles.
+
+use cosplat_core::boundary::{Vec3, Wrench, add, cross, dot, norm, scale, sub};
+use cosplat_core::plugin::{BodyState, Energy};
+
+use crate::force::stored;
+use crate::model::Model;
+use crate::store::Store;
+
+/// Sizes of the starting domain beyond which a particle has strayed.
+const FAR: f64 = 20.0;
+
+/// State of each body and the energies at time `t` \[s\].
+pub(crate) fn states(model: &Model, store: &Store, t: f64) -> (Vec<BodyState>, Energy) {
+    let at_rest = BodyState { orientation: [0.0, 0.0, 0.0, 1.0], ..BodyState::default() };
+    let mut bodies = vec![at_rest; model.liquids.len()];
+    let mut energy = Energy { dissipated_j: store.dissipated, ..Energy::default() };
+    for i in 0..store.len() {
+        let id = store.id[i] as usize;
+        let (b, mass, x, v) = (model.body[id] as usize, model.mass[id], store.x[i], store.v[i]);
+        let (body, liquid) = (&mut bodies[b], &model.liquids[b]);
+        let p = scale(v, mass);
+        body.mass_kg += mass;
+        body.position_m = add(body.position_m, scale(x, mass));
+        body.momentum = body.momentum.plus(Wrench { linear: p, angular: cross(x, p) });
+        body.gross_momentum += norm(p);
+        body.max_displacement_m = body.max_displacement_m.max(norm(sub(x, model.start[id])));
+        energy.kinetic_j += 0.5 * dot(p, v);
+        energy.potential_j += mass * stored(liquid.stiffness, liquid.rho, store.rho[i] / liquid.rho);
+        for action in model.gravity.iter().filter(|a| a.acts[b] && (a.from..=a.until).contains(&t)) {
+            energy.potential_j -= mass * dot(action.acceleration, x);
+        }
+    }
+    for body in &mut bodies {
+        let one = 1.0 / body.mass_kg;
+        body.position_m = scale(body.position_m, one);
+        body.linear_velocity_m_s = scale(body.momentum.linear, one);
+    }
+    (bodies, energy)
+}
+
+/// Largest compression in millionths, and the number of particles far from where all started.
+pub(crate) fn quality(model: &Model, store: &Store) -> (u64, u64) {
+    let fold = |f: fn(f64, f64) -> f64, start: f64| [0, 1, 2].map(|k| model.start.iter().map(|x| x[k]).fold(start, f));
+    let (low, high) = (fold(f64::min, f64::INFINITY), fold(f64::max, f64::NEG_INFINITY));
+    let middle: Vec3 = [0, 1, 2].map(|k| 0.5 * (low[k] + high[k]));
+    let far = FAR * norm(sub(high, low)).max(model.kernel.reach);
+    let (mut most, mut strayed) = (0.0_f64, 0);
+    for (&id, (&x, &rho)) in store.id.iter().zip(store.x.iter().zip(&store.rho)) {
+        let liquid = &model.liquids[model.body[id as usize] as usize];
+        most = most.max(rho / liquid.rho - 1.0);
+        strayed += u64::from(norm(sub(x, middle)) > far);
+    }
+    ((most * 1e6).round() as u64, strayed)
+}

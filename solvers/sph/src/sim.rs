@@ -1,0 +1,209 @@
+//! Substeps: their length, the sequence of passes, and the guard.
+
+use cosplat_core::boundary::{Vec3, Wrench, norm, scale};
+use cosplat_core::plugin::{PluginError, Pulse, Signal};
+
+use crate::force::{Pass, Sums, largest};
+use crate::grid::Grid;
+use crate::lanes::Pack;
+use crate::model::Model;
+use crate::near::{CHUNK, Lists, around};
+use crate::partner::Partners;
+use crate::store::Store;
+use crate::wall::{Liquids, Walls};
+
+/// Width of the shell around the kernel that lists hold, in spacings.
+const SKIN: f64 = 0.2;
+/// Particles below which one thread is faster than several.
+const SERIAL_BELOW: usize = 2000;
+/// Speed over that of sound above which a result means nothing.
+const FASTEST: f64 = 1.0;
+/// Range of densities over that at rest beyond which a result means nothing.
+const DENSITIES: [f64; 2] = [0.2, 2.0];
+
+/// What happened in one step of the coupling.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Books {
+    /// Gravity and walls, about the origin.
+    pub(crate) external: Wrench,
+    /// Substeps.
+    pub(crate) substeps: u64,
+    /// Term that bound the last one.
+    pub(crate) bound: String,
+    /// Times that the particles were sorted and lists made.
+    pub(crate) sorts: u64,
+    /// Boundary particles in reach at the end.
+    pub(crate) boundary: u64,
+}
+
+/// Working memory: nothing in it outlives a step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Scratch {
+    lists: Lists,
+    walls: Walls,
+    pack: Vec<Pack>,
+    acceleration: Vec<Vec3>,
+    next: Vec<f64>,
+    sums: Vec<Sums>,
+}
+
+/// One step of the coupling in progress.
+pub(crate) struct Course<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) store: &'a mut Store,
+    pub(crate) scratch: &'a mut Scratch,
+    pub(crate) partners: Partners,
+    pub(crate) books: Books,
+    /// Start and length \[s\].
+    pub(crate) start: f64,
+    pub(crate) length: f64,
+}
+
+/// Largest stable substep \[s\] and what binds it, for a largest speed and acceleration.
+///
+/// Courant's condition for sound and the conditions for forces and viscosity of Monaghan (2005, §3.3 and §8.4).
+pub(crate) fn stable(model: &Model, speed: f64, acceleration: f64) -> (f64, String) {
+    let h = model.kernel.h;
+    let mut best = (model.params.most, "maximum given by the user".to_owned());
+    let mut bind = |dt: f64, why: &dyn Fn() -> String| {
+        if dt < best.0 {
+            best = (dt, why());
+        }
+    };
+    for liquid in &model.liquids {
+        let courant = model.params.courant;
+        bind(courant * h / (liquid.sound + speed), &|| {
+            format!("sound in `{}` (Courant number {courant} over the smoothing length)", liquid.name)
+        });
+        bind(0.125 * h * h * liquid.rho / liquid.viscosity, &|| format!("viscosity of `{}`", liquid.name));
+    }
+    bind(0.25 * (h / acceleration).sqrt(), &|| "acceleration of particles".to_owned());
+    best
+}
+
+impl Course<'_> {
+    fn parallel(&self) -> bool {
+        self.model.threads > 1 && self.store.len() >= SERIAL_BELOW
+    }
+
+    /// Covers the step.
+    pub(crate) fn run(&mut self, pulse: &mut dyn Pulse, pool: Option<&rayon::ThreadPool>) -> Result<(), PluginError> {
+        let skin = SKIN * self.model.spacing;
+        let many = self.parallel();
+        let (mut time, mut moved) = (0.0, f64::INFINITY);
+        let mut speed = self.store.v.iter().map(|&v| norm(v)).fold(0.0, largest);
+        while time < self.length {
+            let (bound_dt, bound) = stable(self.model, speed, self.store.acceleration);
+            let left = self.length - time;
+            let count = (left / bound_dt - 1e-9).ceil().max(1.0);
+            let dt = left / count;
+            self.books.bound = if self.length < bound_dt { "coupling window".to_owned() } else { bound };
+            let stale = moved > skin;
+            let mut both = || {
+                if stale {
+                    self.list(skin);
+                }
+                self.substep(time, dt)
+            };
+            speed = match pool.filter(|_| many) {
+                Some(pool) => pool.install(both),
+                None => both(),
+            };
+            moved = if stale { 0.0 } else { moved };
+            moved += dt * (speed + speed.max(self.partners.speed()));
+            self.books.substeps += 1;
+            self.guard(self.start + time, speed)?;
+            time = if count > 1.0 { time + dt } else { self.length };
+            if pulse.beat(self.books.substeps, self.books.substeps + count as u64 - 1) == Signal::Abort {
+                return Err(PluginError::Aborted);
+            }
+        }
+        Ok(())
+    }
+
+    /// Sorts the particles and finds what is near.
+    fn list(&mut self, skin: f64) {
+        let (parallel, reach) = (self.parallel(), self.model.kernel.reach + skin);
+        let (grid, order) = Grid::new(&self.store.x, reach);
+        self.store.sort(&order);
+        let Scratch { lists, walls, pack, acceleration, next, sums } = &mut *self.scratch;
+        let n = self.store.len();
+        let x = &self.store.x;
+        lists.make(n, n, parallel, &|i, list| around(&grid, x, i, reach, list));
+        walls.find(self.model, self.store, &grid, &self.partners, reach, parallel);
+        // The last one is nobody, with whom lists are filled up.
+        pack.clear();
+        pack.resize(n + 1, Pack::default());
+        acceleration.resize(n, [0.0; 3]);
+        next.resize(n, 0.0);
+        sums.resize(n.div_ceil(CHUNK), Sums::default());
+        self.books.sorts += 1;
+    }
+
+    /// One substep from `time` \[s\] after the start; the largest speed after it \[m/s\].
+    fn substep(&mut self, time: f64, dt: f64) -> f64 {
+        let parallel = self.parallel();
+        let Self { model, store, scratch, partners, books, start, .. } = self;
+        let model = *model;
+        let mut gravity = vec![[0.0; 3]; model.liquids.len()];
+        for action in &model.gravity {
+            let share = action.share(*start + time, *start + time + dt);
+            for (g, _) in gravity.iter_mut().zip(&action.acts).filter(|(_, acts)| **acts) {
+                *g = cosplat_core::boundary::add(*g, scale(action.acceleration, share));
+            }
+        }
+        let Scratch { lists, walls, pack, acceleration, next, sums } = &mut **scratch;
+        partners.place(time);
+        walls.place(model, partners);
+        let pass = Pass { model, lists, gravity: &gravity, dt, parallel };
+        pass.pack(store, &mut pack[..store.len()]);
+        walls.extrapolate(&Liquids { model, pack, gravity: &gravity, parallel });
+        pass.accelerate(store, pack, walls, acceleration, sums);
+        walls.impulses(&Liquids { model, pack, gravity: &gravity, parallel }, acceleration, dt);
+        partners.book(model, walls, dt);
+        walls.refresh(model, partners);
+        pass.kick(acceleration, store, pack, sums);
+        pass.compress(store, pack, walls, next);
+        std::mem::swap(next, &mut store.rho);
+        for (x, v) in store.x.iter_mut().zip(&store.v) {
+            *x = cosplat_core::boundary::add(*x, scale(*v, dt));
+        }
+        partners.drift(dt);
+        let (mut speed, mut most) = (0.0, 0.0);
+        for sum in sums.iter() {
+            speed = largest(sum.speed, speed);
+            most = largest(sum.acceleration, most);
+            store.dissipated += dt * sum.lost;
+            let force = sum.weight.plus(sum.walls);
+            let impulse = Wrench { linear: scale(force.linear, dt), angular: scale(force.angular, dt) };
+            books.external = books.external.plus(impulse);
+        }
+        store.acceleration = most.sqrt();
+        books.boundary = walls.pieces.len() as u64;
+        speed.sqrt()
+    }
+
+    fn guard(&self, time: f64, speed: f64) -> Result<(), PluginError> {
+        let slowest = self.model.liquids.iter().map(|l| l.sound).fold(f64::INFINITY, f64::min);
+        let lost = |what: String| {
+            Err(PluginError::Physics(format!("the sph solver lost the motion at t = {time:.6e} s: {what}")))
+        };
+        if self.store.len() > 0 && (speed.is_nan() || speed > FASTEST * slowest) {
+            return lost(format!(
+                "a particle moves at {speed:.3e} m/s, faster than sound ({slowest:.3e} m/s); a higher stiffness or a lower \
+                 speed would help"
+            ));
+        }
+        let ratio = |i: usize| {
+            let body = self.model.body[self.store.id[i] as usize];
+            self.store.rho[i] / self.model.liquids[body as usize].rho
+        };
+        let wild = (0..self.store.len()).find(|&i| !(DENSITIES[0]..=DENSITIES[1]).contains(&ratio(i)));
+        match wild {
+            None => Ok(()),
+            Some(i) => {
+                lost(format!("the density of particle {} is {:.3e} times that at rest", self.store.id[i], ratio(i)))
+            }
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! Particles: one array per quantity, physically sorted by cell.
+
+use cosplat_core::boundary::Vec3;
+use cosplat_core::plugin::{StateError, StateReader, StateSink};
+
+/// All that changes about the particles.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Store {
+    /// Identity: place in the order in which the bodies were sampled.
+    pub(crate) id: Vec<u32>,
+    /// Positions \[m\].
+    pub(crate) x: Vec<Vec3>,
+    /// Velocities \[m/s\].
+    pub(crate) v: Vec<Vec3>,
+    /// Densities \[kg/m³\].
+    pub(crate) rho: Vec<f64>,
+    /// Largest acceleration in the last substep \[m/s²\].
+    pub(crate) acceleration: f64,
+    /// Energy lost to viscosity since t = 0 \[J\].
+    pub(crate) dissipated: f64,
+}
+
+impl Store {
+    /// Number of particles.
+    pub(crate) fn len(&self) -> usize {
+        self.id.len()
+    }
+
+    /// Puts the particles into another order.
+    pub(crate) fn sort(&mut self, order: &[u32]) {
+        fn take<T: Copy>(all: &mut Vec<T>, order: &[u32]) {
+            *all = order.iter().map(|&i| all[i as usize]).collect();
+        }
+        take(&mut self.id, order);
+        take(&mut self.x, order);
+        take(&mut self.v, order);
+        take(&mut self.rho, order);
+    }
+
+    /// Writes everything.
+    pub(crate) fn save(&self, sink: &mut dyn StateSink) {
+        sink.u64(self.len() as u64);
+        sink.bytes(bytemuck::cast_slice(&self.id));
+        sink.vec3s(&self.x);
+        sink.vec3s(&self.v);
+        sink.bytes(bytemuck::cast_slice(&self.rho));
+        sink.f64(self.acceleration);
+        sink.f64(self.dissipated);
+    }
+
+    /// Reads what `save` wrote, for as many particles as there are now.
+    pub(crate) fn load(&self, reader: &mut StateReader<'_>) -> Result<Self, StateError> {
+        let n = self.len();
+        let count = |found: u64, what| StateError::Count { what, found, expected: n as u64 };
+        let found = reader.u64()?;
+        if found != n as u64 {
+            return Err(count(found, "particles"));
+        }
+        let id: Vec<u32> = reader.bytes(4 * n)?.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
+        let mut seen = vec![false; n];
+        for &i in &id {
+            // Each identity once, or the masses would not fit the particles.
+            match seen.get_mut(i as usize) {
+                Some(seen) if !*seen => *seen = true,
+                _ => return Err(count(u64::from(i), "identity of a particle")),
+            }
+        }
+        let (x, v) = (reader.vec3s("positions", n)?, reader.vec3s("velocities", n)?);
+        let rho = reader.bytes(8 * n)?.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
+        Ok(Self { id, x, v, rho, acceleration: reader.f64()?, dissipated: reader.f64()? })
+    }
+}

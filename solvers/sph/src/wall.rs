@@ -1,0 +1,262 @@
+//! Boundary particles near the liquid: where they are, what the liquid sees there, and what it does to them.
+//!
+//! Pressure and velocity are extrapolated from the liquid (Adami, Hu and Adams 2012, eqs. 23 and 27), without the
+//! wall's own acceleration, which would make the motion of a light body depend on its own last acceleration. A liquid
+//! never pulls at a wall.
+
+use cosplat_core::boundary::{Vec3, cross, norm, scale, sub};
+use wide::f64x4;
+
+use crate::force::drag;
+use crate::grid::Grid;
+use crate::lanes::{Four, LANES, Pack, gather};
+use crate::model::{Model, Solid};
+use crate::near::{CHUNK, Lists, for_chunks};
+use crate::partner::Partners;
+use crate::shell::below_plane;
+use crate::store::Store;
+
+/// A boundary particle as one body sees it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Piece {
+    /// Face, and place among the solid's particles or samples.
+    pub(crate) face: u32,
+    pub(crate) index: u32,
+    /// Position \[m\], velocity \[m/s\] and volume \[m³\].
+    pub(crate) x: Vec3,
+    pub(crate) v: Vec3,
+    pub(crate) volume: f64,
+    /// Impulse on the liquid \[N s\], its size \[N s\] and work \[J\] in the last substep.
+    pub(crate) impulse: Vec3,
+    pub(crate) work: f64,
+}
+
+/// All that are near.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Walls {
+    /// The particles.
+    pub(crate) pieces: Vec<Piece>,
+    /// The same with the pressure and the velocity that viscosity sees, and with their own velocity; then nobody.
+    seen: Vec<Pack>,
+    pub(crate) moving: Vec<Pack>,
+    /// Viscosity at each \[Pa s\], 0 where the liquid slips; and whether it belongs to a partner, as 1.
+    rubs: Vec<[f64; 2]>,
+    /// Liquid particles near each.
+    lists: Lists,
+    /// Boundary particles near each liquid particle: ends and numbers.
+    first: Vec<u32>,
+    near: Vec<u32>,
+}
+
+/// What all of them see of the liquid.
+pub(crate) struct Liquids<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) pack: &'a [Pack],
+    /// Gravity of each body \[m/s²\].
+    pub(crate) gravity: &'a [Vec3],
+    pub(crate) parallel: bool,
+}
+
+impl Walls {
+    /// Boundary particles near a liquid particle.
+    #[inline]
+    pub(crate) fn near(&self, i: usize) -> &[u32] {
+        &self.near[self.first[i] as usize..self.first[i + 1] as usize]
+    }
+
+    /// Finds all that are closer than `reach` to the liquid.
+    pub(crate) fn find(
+        &mut self,
+        model: &Model,
+        store: &Store,
+        grid: &Grid,
+        partners: &Partners,
+        reach: f64,
+        parallel: bool,
+    ) {
+        let mut all = Vec::new();
+        for (f, face) in model.faces.iter().enumerate() {
+            let mut add = |index: usize, x: Vec3, volume: f64| {
+                let (zero, face) = ([0.0; 3], f as u32);
+                let index = index as u32;
+                let made = Piece { face, index, x, v: zero, volume, impulse: zero, work: 0.0 };
+                all.push(made);
+            };
+            match &model.solids[face.solid] {
+                Solid::Plane(frame, shape) => {
+                    let own =
+                        store.id.iter().zip(&store.x).filter(|(id, _)| model.body[**id as usize] == face.body as u32);
+                    let local = own.map(|(_, &x)| frame.into_local(x));
+                    for (x, volume) in below_plane(shape, local, reach, model.spacing) {
+                        let x = frame.out(x);
+                        if !model.taken(x, face.solid) {
+                            add(0, x, volume);
+                        }
+                    }
+                }
+                Solid::Fixed(pieces) => pieces.iter().for_each(|&(x, volume)| add(0, x, volume)),
+                Solid::Rigid(_, pieces) => {
+                    let Some(proxy) = partners.proxy(face.solid) else { continue };
+                    pieces.iter().enumerate().for_each(|(i, &(x, volume))| add(i, proxy.frame.out(x), volume));
+                }
+                Solid::Sampled(_) => {
+                    let Some(samples) = partners.samples(face.solid) else { continue };
+                    samples.pieces().for_each(|(i, x, volume)| add(i, x, volume));
+                }
+            }
+        }
+        let search = |b: usize, list: &mut Vec<u32>| {
+            let body = model.faces[all[b].face as usize].body as u32;
+            grid.near(&store.x, all[b].x, reach, |i| {
+                if model.body[store.id[i] as usize] == body {
+                    list.push(i as u32);
+                }
+            });
+        };
+        let mut found = Lists::default();
+        found.make(all.len(), store.len(), parallel, &search);
+        let row = |b: usize| found.chunks()[b / CHUNK].row(b % CHUNK);
+        let kept: Vec<usize> = (0..all.len()).filter(|&b| !row(b).is_empty()).collect();
+        self.pieces = kept.iter().map(|&b| all[b]).collect();
+        self.lists.make(kept.len(), store.len(), parallel, &|k, list| list.extend_from_slice(row(kept[k])));
+        (self.first, self.near) = self.lists.transposed(kept.len(), store.len());
+        let rubs = self.pieces.iter().map(|piece| {
+            let face = &model.faces[piece.face as usize];
+            let viscosity = if face.slips { 0.0 } else { model.liquids[face.body].viscosity };
+            [viscosity, f64::from(u8::from(face.interface.is_some()))]
+        });
+        self.rubs = rubs.chain([[0.0; 2]]).collect();
+        self.seen = vec![Pack::default(); kept.len() + 1];
+        self.moving = self.seen.clone();
+    }
+
+    /// Puts each where its solid is, with its velocity.
+    pub(crate) fn place(&mut self, model: &Model, partners: &Partners) {
+        for piece in &mut self.pieces {
+            let solid = model.faces[piece.face as usize].solid;
+            match &model.solids[solid] {
+                Solid::Plane(..) | Solid::Fixed(_) => {}
+                Solid::Rigid(_, pieces) => {
+                    let Some(proxy) = partners.proxy(solid) else { continue };
+                    piece.x = proxy.frame.out(pieces[piece.index as usize].0);
+                    piece.v = proxy.at(piece.x);
+                }
+                Solid::Sampled(_) => {
+                    let Some(samples) = partners.samples(solid) else { continue };
+                    (piece.x, piece.v) = samples.at(piece.index as usize);
+                }
+            }
+        }
+        self.refresh(model, partners);
+    }
+
+    /// Takes the velocities of rigid partners anew, after their impulses.
+    pub(crate) fn refresh(&mut self, model: &Model, partners: &Partners) {
+        for (piece, pack) in self.pieces.iter_mut().zip(&mut self.moving) {
+            if let Some(proxy) = partners.proxy(model.faces[piece.face as usize].solid) {
+                piece.v = proxy.at(piece.x);
+            }
+            *pack = Pack { x: piece.x, volume: piece.volume, v: piece.v, pressure: 0.0 };
+        }
+    }
+
+    /// Extrapolates pressure and velocity from the liquid.
+    pub(crate) fn extrapolate(&mut self, liquids: &Liquids<'_>) {
+        let (model, kernel) = (liquids.model, liquids.model.kernel);
+        let Self { pieces, lists, seen, .. } = self;
+        let mut nothing = vec![(); lists.chunks().len()];
+        let count = pieces.len();
+        for_chunks(liquids.parallel, &mut seen[..count], &mut nothing, &|c, seen, ()| {
+            for (k, seen) in seen.iter_mut().enumerate() {
+                let piece = &pieces[c * CHUNK + k];
+                let face = &model.faces[piece.face as usize];
+                let g = scale(liquids.gravity[face.body], model.liquids[face.body].rho).map(f64x4::splat);
+                let own = Pack { x: piece.x, volume: piece.volume, v: [0.0; 3], pressure: 0.0 };
+                let (mut sum, mut pressure, mut velocity) = (f64x4::ZERO, f64x4::ZERO, [f64x4::ZERO; 3]);
+                for i in lists.chunks()[c].row(k).chunks_exact(LANES) {
+                    let others = Four::new(&own, liquids.pack, i);
+                    let weight = others.volume * kernel.weights(others.r);
+                    let [a, b, c] = [0, 1, 2].map(|k| g[k] * others.apart[k]);
+                    sum += weight;
+                    pressure += weight * (others.pressure + a + b + c);
+                    velocity = [0, 1, 2].map(|k| velocity[k] - weight * others.relative[k]);
+                }
+                let sum = sum.reduce_add();
+                let one = if sum > 0.0 { 1.0 / sum } else { 0.0 };
+                let v = sub(scale(piece.v, 2.0), scale(gather(velocity), one));
+                *seen = Pack { v, pressure: (pressure.reduce_add() * one).max(0.0), ..own };
+            }
+        });
+    }
+
+    /// Forces of static walls and of partners on a liquid particle near the boundary particles `near` \[N\], and the
+    /// power lost to the viscosity at them \[W\].
+    ///
+    /// Each force acts along the line between the two, so that moments balance.
+    #[inline]
+    pub(crate) fn press(&self, model: &Model, own: &Pack, near: &[u32]) -> (Vec3, Vec3, f64) {
+        let (mut all, mut partners, mut lost) = ([f64x4::ZERO; 3], [f64x4::ZERO; 3], f64x4::ZERO);
+        for b in near.chunks_exact(LANES) {
+            let others = Four::new(own, &self.seen, b);
+            let rubs = [0, 1, 2, 3].map(|k| self.rubs[b[k] as usize]);
+            let viscosity = f64x4::new(rubs.map(|r| r[0]));
+            let slope = model.kernel.slopes(others.r) * (others.volume * f64x4::splat(own.volume));
+            let shear = drag(&model.kernel, viscosity, others.approach(), others.square);
+            let along = slope * (shear - f64x4::splat(own.pressure) - others.pressure);
+            let force = others.apart.map(|a| a * along);
+            let of_partner = f64x4::new(rubs.map(|r| r[1]));
+            all = [0, 1, 2].map(|k| all[k] + force[k]);
+            partners = [0, 1, 2].map(|k| partners[k] + force[k] * of_partner);
+            if rubs.iter().any(|r| r[0] > 0.0) {
+                lost -= slope * shear * Four::new(own, &self.moving, b).approach();
+            }
+        }
+        let (all, partners) = (gather(all), gather(partners));
+        (sub(all, partners), partners, lost.reduce_add())
+    }
+
+    /// Impulses of partners in one substep on the liquid, whose particles have those accelerations \[m/s²\].
+    pub(crate) fn impulses(&mut self, liquids: &Liquids<'_>, acceleration: &[Vec3], dt: f64) {
+        let kernel = liquids.model.kernel;
+        let Self { pieces, lists, seen, rubs, .. } = self;
+        let mut nothing = vec![(); lists.chunks().len()];
+        for_chunks(liquids.parallel, pieces, &mut nothing, &|c, pieces, ()| {
+            for (k, piece) in pieces.iter_mut().enumerate() {
+                let (own, [viscosity, partner]) = (&seen[c * CHUNK + k], rubs[c * CHUNK + k]);
+                if partner < 0.5 {
+                    continue;
+                }
+                let (mut sum, mut work) = ([f64x4::ZERO; 3], f64x4::ZERO);
+                for i in lists.chunks()[c].row(k).chunks_exact(LANES) {
+                    let others = Four::new(own, liquids.pack, i);
+                    let slope = kernel.slopes(others.r) * (others.volume * f64x4::splat(own.volume));
+                    let shear = drag(&kernel, f64x4::splat(viscosity), others.approach(), others.square);
+                    let along = slope * (f64x4::splat(own.pressure) + others.pressure - shear);
+                    let force = others.apart.map(|a| a * along);
+                    let add_half = |k: usize, lane: usize| {
+                        let a = acceleration.get(i[lane] as usize).map_or(0.0, |a| a[k]);
+                        0.5 * dt * a
+                    };
+                    for k in 0..3 {
+                        let gained = f64x4::new([add_half(k, 0), add_half(k, 1), add_half(k, 2), add_half(k, 3)]);
+                        work += force[k] * (f64x4::splat(own.v[k]) - others.relative[k] + gained);
+                        sum[k] += force[k];
+                    }
+                }
+                piece.impulse = scale(gather(sum), dt);
+                piece.work = work.reduce_add() * dt;
+            }
+        });
+    }
+}
+
+/// Impulse on a solid and its moment about `centre`, of one boundary particle.
+pub(crate) fn reaction(piece: &Piece, centre: Vec3) -> (Vec3, Vec3) {
+    let impulse = scale(piece.impulse, -1.0);
+    (impulse, cross(sub(piece.x, centre), impulse))
+}
+
+/// Size of an impulse \[N s\].
+pub(crate) fn size(piece: &Piece) -> f64 {
+    norm(piece.impulse)
+}
