@@ -52,10 +52,24 @@ pub enum Check {
     NoticeSilence,
     /// A stop waits for the granted windows.
     StopAtEdge,
+    /// A snapshot is taken at exactly the edge that was asked for.
+    SaveAtEdge,
+    /// What is stored is said again when it is asked for again.
+    RepeatSaved,
+    /// A checkpoint counts only when every participant has stored its part.
+    CheckpointComplete,
+    /// The next checkpoint begins only when the last one is recorded.
+    RecordedBeforeNext,
+    /// A snapshot is of the run, participant and window that is resumed.
+    SnapshotFits,
+    /// Who resumes publishes what was published before.
+    RestoredMessages,
+    /// Who resumes has the state that was settled before.
+    RestoredState,
 }
 
 /// All of them.
-pub const ALL: [Check; 23] = [
+pub const ALL: [Check; 30] = [
     Check::DataRun,
     Check::DataEpoch,
     Check::DataSender,
@@ -79,6 +93,13 @@ pub const ALL: [Check; 23] = [
     Check::NoticeDeath,
     Check::NoticeSilence,
     Check::StopAtEdge,
+    Check::SaveAtEdge,
+    Check::RepeatSaved,
+    Check::CheckpointComplete,
+    Check::RecordedBeforeNext,
+    Check::SnapshotFits,
+    Check::RestoredMessages,
+    Check::RestoredState,
 ];
 
 /// Which checks are made.

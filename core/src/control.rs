@@ -9,6 +9,9 @@ use crate::plugin::Report;
 /// Version of the whole protocol, control and data.
 pub const PROTOCOL: u16 = 2;
 
+/// First incarnation of a run's coordinator; each one that resumes the run counts up.
+pub const FIRST_EPOCH: u32 = 1;
+
 /// Bytes of prepared geometry in one message.
 pub const ASSET_CHUNK_BYTES: u64 = 256 * 1024;
 
@@ -57,11 +60,20 @@ pub enum Up {
     Probed {
         /// Streams heard.
         streams: Vec<StreamId>,
+        /// Hash of the state after it was restored, where the run is resumed.
+        restored: Option<u128>,
     },
     /// A window is finished.
     Done(Box<Done>),
     /// Still alive.
     Heartbeat(Progress),
+    /// The snapshot that was asked for is stored, or could not be.
+    Saved {
+        /// Its window.
+        window: u64,
+        /// Why it could not be stored, in words.
+        problem: Option<String>,
+    },
     /// Cannot go on.
     Failed {
         /// Kind.
@@ -167,6 +179,8 @@ pub enum Down {
         scene: String,
         /// Prepared geometry that belongs to it, to be fetched.
         assets: Vec<AssetInfo>,
+        /// First window to compute: 0, or the one whose start a checkpoint holds.
+        from: u64,
     },
     /// A piece of prepared geometry.
     Chunk {
@@ -192,6 +206,8 @@ pub enum Down {
         until: u64,
         /// First window not settled.
         committed: u64,
+        /// A snapshot that is wanted.
+        save: Option<Save>,
     },
     /// All windows are settled.
     Finish,
@@ -200,6 +216,15 @@ pub enum Down {
         /// In words.
         reason: String,
     },
+}
+
+/// A snapshot that is wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Save {
+    /// Window at whose start.
+    pub at: u64,
+    /// Window of the newest complete checkpoint: its snapshot must stay until a later one is complete.
+    pub keep: Option<u64>,
 }
 
 /// Prepared geometry that can be fetched: an [`crate::asset::Asset`] in postcard.

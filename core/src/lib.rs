@@ -6,6 +6,7 @@
 
 pub mod asset;
 pub mod boundary;
+pub mod checkpoint;
 pub mod checks;
 pub mod control;
 pub mod coordinator;

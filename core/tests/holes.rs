@@ -1,56 +1,24 @@
 //! Holes that were found once and must stay closed.
 
+mod honest;
+
 use std::time::Duration;
 
 use cosplat_core::checks::AllChecks;
-use cosplat_core::control::{self, Done, Envelope, PROTOCOL, ReadyInfo, Up};
-use cosplat_core::coordinator::{Action, Coordinator, Event, Limits, Outcome};
+use cosplat_core::control::{self, PROTOCOL, Up};
+use cosplat_core::coordinator::{Action, Event, Limits, Outcome};
 use cosplat_core::participant::{Frame, Inbox, Reject, Taken};
-use cosplat_core::plan::schedule::{self, MessageId};
-use cosplat_core::plan::{ParticipantId, Plan};
+use cosplat_core::plan::schedule::MessageId;
 use cosplat_core::sim::Scenario;
 use cosplat_core::wire::{self, HEADER_BYTES, Header, Origin};
 
-const RUN: [u8; 16] = [7; 16];
-const EPOCH: u32 = 3;
-/// Content hash of every message in these tests: the coordinator compares hashes and never sees a message.
-const CONTENT: u64 = 1;
-
-fn said(body: Up) -> Vec<u8> {
-    control::encode(&Envelope { protocol: PROTOCOL, run: RUN, epoch: EPOCH, instance: 9, body })
-}
-
-fn listed(ids: impl IntoIterator<Item = MessageId>) -> Vec<(u16, u64, u64)> {
-    ids.into_iter().map(|id| (id.stream, id.index, CONTENT)).collect()
-}
+use honest::{EPOCH, RUN, fresh, honest_report, join, said};
 
 /// A coordinator whose participants have all joined.
-fn running(scenario: &Scenario) -> Coordinator {
-    let plan = &scenario.plan;
-    let mut coordinator = Coordinator::new(RUN, EPOCH, plan.clone(), scenario.scenes.clone(), Limits::default());
-    let everyone = || (0..).zip(&plan.participants);
-    let mut tell = |who: ParticipantId, up: Up| coordinator.on(Event::Up(who, said(up)), Duration::ZERO);
-    for (who, participant) in everyone() {
-        let hello =
-            Up::Hello { name: participant.name.clone(), pid: 1, protocol: [PROTOCOL; 2], descriptor: String::new() };
-        tell(who, hello);
-        let produced = listed(schedule::published_at_start(plan, who));
-        tell(who, Up::Ready(Box::new(ReadyInfo { produced, ..ReadyInfo::default() })));
-    }
-    for (who, _) in everyone() {
-        tell(who, Up::Probed { streams: (0..plan.streams.len() as u16).collect() });
-    }
+fn running(scenario: &Scenario) -> cosplat_core::coordinator::Coordinator {
+    let mut coordinator = fresh(scenario, EPOCH, Limits::default());
+    join(&mut coordinator, scenario, EPOCH, 0, None);
     coordinator
-}
-
-fn honest_report(plan: &Plan, who: ParticipantId, window: u64) -> Done {
-    let steps = schedule::steps(plan, who, window);
-    Done {
-        window,
-        consumed: listed(steps.iter().flat_map(|s| s.needs.iter().map(|n| n.message))),
-        produced: listed(steps.iter().flat_map(|s| s.gives.clone())),
-        ..Done::default()
-    }
 }
 
 #[test]
@@ -62,7 +30,7 @@ fn a_report_may_list_streams_that_do_not_exist() {
         let mut done = honest_report(&scenario.plan, who, 0);
         done.produced.push((60_000, u64::MAX, 7));
         done.applied.push((60_000, [0.0; 3], 0.0));
-        let actions = coordinator.on(Event::Up(who, said(Up::Done(Box::new(done)))), Duration::ZERO);
+        let actions = coordinator.on(Event::Up(who, said(EPOCH, Up::Done(Box::new(done)))), Duration::ZERO);
         settled += actions.iter().filter(|a| matches!(a, Action::Settled(..))).count();
     }
     assert_eq!(settled, 1, "what the plan does not ask for is ignored");
@@ -78,7 +46,7 @@ fn a_participant_that_publishes_less_than_the_plan_says_is_named() {
         if who == 1 {
             done.produced.clear();
         }
-        for action in coordinator.on(Event::Up(who, said(Up::Done(Box::new(done)))), Duration::ZERO) {
+        for action in coordinator.on(Event::Up(who, said(EPOCH, Up::Done(Box::new(done)))), Duration::ZERO) {
             if let Action::Ended(end) = action {
                 outcome = Some(end);
             }
@@ -119,11 +87,11 @@ fn who_greets_after_the_end_is_told_so() {
     let scenario = Scenario::from_seed(0);
     let mut coordinator = running(&scenario);
     coordinator.on(
-        Event::Up(0, said(Up::Failed { kind: control::FailureKind::Physics, message: "x".into() })),
+        Event::Up(0, said(EPOCH, Up::Failed { kind: control::FailureKind::Physics, message: "x".into() })),
         Duration::ZERO,
     );
     let hello = Up::Hello { name: "p0".into(), pid: 1, protocol: [PROTOCOL; 2], descriptor: String::new() };
-    let actions = coordinator.on(Event::Up(0, said(hello)), Duration::ZERO);
+    let actions = coordinator.on(Event::Up(0, said(EPOCH, hello)), Duration::ZERO);
     let told = actions.iter().any(|a| {
         matches!(a, Action::Send(0, bytes) if control::decode::<control::Down>(bytes)
             .is_ok_and(|e| matches!(e.body, control::Down::Refused { .. })))
@@ -137,7 +105,7 @@ fn who_reports_its_failure_is_answered() {
     let scenario = Scenario::from_seed(0);
     let mut coordinator = running(&scenario);
     let failed = Up::Failed { kind: control::FailureKind::Physics, message: "it blew up".into() };
-    let actions = coordinator.on(Event::Up(1, said(failed)), Duration::ZERO);
+    let actions = coordinator.on(Event::Up(1, said(EPOCH, failed)), Duration::ZERO);
     let answered = actions.iter().any(|a| {
         matches!(a, Action::Send(1, bytes) if control::decode::<control::Down>(bytes)
             .is_ok_and(|e| matches!(e.body, control::Down::Abort { .. })))

@@ -4,7 +4,7 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use cosplat_core::control::{Done, PROTOCOL, ReadyInfo, RunId};
+use cosplat_core::control::{Done, FIRST_EPOCH, PROTOCOL, ReadyInfo, RunId};
 use cosplat_core::coordinator::{Action, Coordinator, Event, Limits, Outcome};
 use cosplat_core::ledger::WindowRecord;
 use cosplat_core::plan::{ParticipantId, Plan};
@@ -19,8 +19,6 @@ use crate::queue::{Mailbox, Post, Spin, mailbox};
 use crate::session::{Bus, Lane, Outlet, Payload};
 use crate::ticket::JoinTicket;
 
-/// First incarnation of a run's coordinator. Participants that know none yet say 0.
-const EPOCH: u32 = 1;
 /// Time for everybody to say goodbye once the run has ended.
 const LINGER: Duration = Duration::from_secs(1);
 /// Messages taken before the clock is looked at again, so that a flood cannot stop it.
@@ -149,7 +147,7 @@ impl CoordinatorHost {
         let tickets = tickets.collect();
         let host = Self {
             present: vec![false; names.len()],
-            coordinator: Coordinator::new(run, EPOCH, plan, scenes, limits),
+            coordinator: Coordinator::new(run, FIRST_EPOCH, plan, scenes, limits),
             names,
             run,
             outlets,
@@ -252,6 +250,8 @@ impl CoordinatorHost {
                     }
                     continue;
                 }
+                // Nothing stores checkpoints yet, and nobody asks for any.
+                Action::Checkpoint(_) => continue,
                 // What still settles or is noticed while everybody leaves is of no interest any more.
                 _ if ended.is_some() => continue,
                 Action::Ready(who, info) => CoordinatorEvent::Ready(who, info),

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use crate::checkpoint::Checkpoint;
 use crate::control::{Done, ReadyInfo};
 use crate::ledger::WindowRecord;
 use crate::plan::ParticipantId;
@@ -9,7 +10,7 @@ use crate::plan::ParticipantId;
 /// Deadlines. They end a run with a named reason; they never change a result.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// From start to the last participant's join, set-up included.
+    /// From start to the last participant's join, set-up included; from a stop to its checkpoint.
     pub join: Duration,
     /// Without heartbeat before it is said who is silent.
     pub silence_notice: Duration,
@@ -19,6 +20,8 @@ pub struct Limits {
     pub repeat: Duration,
     /// Windows that participants may run ahead of the last settled one.
     pub ahead: u64,
+    /// Windows from one checkpoint to the next, at least; a stop makes one as well. None are made without.
+    pub checkpoint_every: Option<u64>,
 }
 
 impl Default for Limits {
@@ -29,6 +32,7 @@ impl Default for Limits {
             silence: Duration::from_secs(10),
             repeat: Duration::from_millis(100),
             ahead: 2,
+            checkpoint_every: None,
         }
     }
 }
@@ -45,6 +49,8 @@ pub enum Event {
         /// `exit code 3`, `signal 9 (SIGKILL)` …
         how: String,
     },
+    /// The checkpoint of this window is stored for good, or why it could not be.
+    Recorded(u64, Result<(), String>),
     /// The user wants to stop at the next window edge.
     Stop,
     /// Time has passed.
@@ -62,6 +68,9 @@ pub enum Action {
     Started,
     /// A window is settled: its ledger row and what each participant reported, in participant order.
     Settled(Box<WindowRecord>, Vec<Done>),
+    /// Store this checkpoint: all participants have stored their parts. Answer with [`Event::Recorded`] when it cannot be
+    /// lost any more, which may be later; there is no next one before.
+    Checkpoint(Box<Checkpoint>),
     /// Something people should read: who is waited for and why.
     Notice(String),
     /// Windows end here, for good or bad. All participants have been told.

@@ -21,9 +21,13 @@ impl<C: Checks> Coordinator<C> {
     pub(super) fn on_stop(&mut self, out: &mut Vec<Action>) {
         match self.phase {
             Phase::Ended => {}
-            Phase::Joining | Phase::Probing => self.finish(Outcome::Stopped { windows: 0 }, out),
+            Phase::Joining | Phase::Probing => {
+                let windows = self.committed;
+                self.finish(Outcome::Stopped { windows }, out);
+            }
             Phase::Running => {
-                self.stop_at.get_or_insert(self.until);
+                let stop_at = *self.stop_at.get_or_insert(self.until);
+                self.save_at_stop(stop_at);
                 if !self.checks.on(Check::StopAtEdge) {
                     let windows = self.until;
                     self.finish(Outcome::Stopped { windows }, out);
@@ -54,6 +58,7 @@ impl<C: Checks> Coordinator<C> {
         }
         if self.phase == Phase::Running {
             self.explain_waiting(now, out);
+            self.give_up_saving(now, out);
             self.look_for_deadlock(now, out);
         }
     }
@@ -118,6 +123,9 @@ impl<C: Checks> Coordinator<C> {
             return;
         }
         self.noticed_wait = periods;
+        if let Some(text) = self.stop_at.and_then(|_| self.explain_saving()) {
+            return out.push(Action::Notice(text));
+        }
         let late: Vec<String> = (0..self.peers.len() as ParticipantId)
             .filter(|&who| self.window_of(who) == self.committed)
             .map(|who| format!("`{}` ({})", self.plan.name_of(who), self.describe(who)))

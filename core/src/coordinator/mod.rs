@@ -6,6 +6,7 @@
 
 mod api;
 mod assets;
+mod checkpoint;
 mod end;
 mod settle;
 
@@ -13,12 +14,13 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use crate::checks::{AllChecks, Check, Checks};
-use crate::control::{self, Done, Down, Envelope, FailureKind, PROTOCOL, Progress, ReadyInfo, RunId, Up};
+use crate::control::{self, Done, Down, Envelope, FailureKind, PROTOCOL, Progress, ReadyInfo, RunId, Save, Up};
 use crate::ledger::Ledger;
-use crate::plan::{ParticipantId, Plan, StreamId, schedule};
+use crate::plan::{ParticipantId, Plan, StreamId};
 use crate::plugin::SolverScene;
 
 use assets::Shipment;
+use checkpoint::Saving;
 
 pub use api::{Action, Event, Failure, Limits, Outcome};
 
@@ -62,9 +64,18 @@ pub struct Coordinator<C: Checks = AllChecks> {
     pending: BTreeMap<u64, Vec<Option<Done>>>,
     /// Content of recent messages, by stream and index.
     produced: BTreeMap<(StreamId, u64), u64>,
+    /// First window of this incarnation.
+    from: u64,
     committed: u64,
     until: u64,
     chain: u128,
+    /// Hash of each participant's state after the last settled window.
+    states: Vec<u128>,
+    /// The checkpoint that is being made.
+    saving: Option<Saving>,
+    /// Edge of the last one that was stored or given up, and of the last one that was stored.
+    saved: u64,
+    recorded: Option<u64>,
     stop_at: Option<u64>,
     farewell: Option<Down>,
     strangers: u64,
@@ -109,9 +120,14 @@ impl<C: Checks> Coordinator<C> {
             ledger: None,
             pending: BTreeMap::new(),
             produced: BTreeMap::new(),
+            from: 0,
             committed: 0,
             until: 0,
             chain: 0,
+            states: Vec::new(),
+            saving: None,
+            saved: 0,
+            recorded: None,
             stop_at: None,
             farewell: None,
             strangers: 0,
@@ -158,6 +174,7 @@ impl<C: Checks> Coordinator<C> {
             Event::Up(who, bytes) if usize::from(who) < self.peers.len() => self.on_up(who, &bytes, now, &mut out),
             Event::Up(..) => self.strangers += 1,
             Event::Died { who, how } => self.on_died(who, how, now),
+            Event::Recorded(window, answer) => self.on_recorded(window, answer, &mut out),
             Event::Stop => self.on_stop(&mut out),
             Event::Tick => self.on_tick(now, &mut out),
         }
@@ -175,7 +192,7 @@ impl<C: Checks> Coordinator<C> {
         let greets = matches!(envelope.body, Up::Hello { .. });
         if self.is_foreign(&envelope, greets, who) {
             self.strangers += 1;
-            if greets && envelope.run == self.run {
+            if greets && (envelope.run, envelope.epoch) == (self.run, self.epoch) {
                 self.refuse_second(who, envelope.instance, out);
             }
             return;
@@ -190,9 +207,10 @@ impl<C: Checks> Coordinator<C> {
             Up::Hello { name, .. } => self.on_hello(who, &name, envelope.instance, out),
             Up::Fetch { asset, chunk } => self.on_fetch(who, asset, chunk, out),
             Up::Ready(info) => self.on_ready(who, info, out),
-            Up::Probed { streams } => self.on_probed(who, &streams, now, out),
+            Up::Probed { streams, restored } => self.on_probed(who, &streams, restored, now, out),
             Up::Done(done) => self.on_done(who, *done, now, out),
             Up::Heartbeat(progress) => self.peers[usize::from(who)].progress = progress,
+            Up::Saved { window, problem } => self.on_saved(who, window, problem, out),
             Up::Failed { kind, message } => self.on_failed(who, kind, message, out),
             Up::Bye => self.peers[usize::from(who)].left = true,
         }
@@ -203,7 +221,7 @@ impl<C: Checks> Coordinator<C> {
         let known = self.peers[usize::from(who)].instance;
         let other_instance = known.is_some_and(|i| i != envelope.instance) || (known.is_none() && !greets);
         (self.checks.on(Check::ControlRun) && envelope.run != self.run)
-            || (self.checks.on(Check::ControlEpoch) && !greets && envelope.epoch != self.epoch)
+            || (self.checks.on(Check::ControlEpoch) && envelope.epoch != self.epoch)
             || (self.checks.on(Check::ControlInstance) && other_instance)
     }
 
@@ -221,7 +239,7 @@ impl<C: Checks> Coordinator<C> {
         self.peers[usize::from(who)].instance = Some(instance);
         let scene = self.scenes.get(usize::from(who)).and_then(|s| serde_json::to_string(s).ok()).unwrap_or_default();
         let assets = self.shipments.get(usize::from(who)).map(|s| s.infos.clone()).unwrap_or_default();
-        let welcome = Down::Welcome { id: who, plan: self.plan_json.clone(), scene, assets };
+        let welcome = Down::Welcome { id: who, plan: self.plan_json.clone(), scene, assets, from: self.from };
         out.push(self.send(who, welcome));
     }
 
@@ -249,11 +267,13 @@ impl<C: Checks> Coordinator<C> {
             }
             return;
         }
-        for id in schedule::published_at_start(&self.plan, who) {
+        if let Err(failure) = self.takes_up(who, &info) {
+            return self.fail(failure, out);
+        }
+        for id in self.published_before(who, self.from) {
             let Some(content) = settle::listed(&info.produced, id) else {
                 let message = "it did not publish all its boundaries at the start".to_owned();
-                let who = self.plan.name_of(who).to_owned();
-                return self.fail(Failure::Protocol { who, window: 0, message }, out);
+                return self.fail(self.broke(who, self.from, message), out);
             };
             self.produced.insert((id.stream, id.index), content);
         }
@@ -265,7 +285,14 @@ impl<C: Checks> Coordinator<C> {
         }
     }
 
-    fn on_probed(&mut self, who: ParticipantId, streams: &[StreamId], now: Duration, out: &mut Vec<Action>) {
+    fn on_probed(
+        &mut self,
+        who: ParticipantId,
+        streams: &[StreamId],
+        restored: Option<u128>,
+        now: Duration,
+        out: &mut Vec<Action>,
+    ) {
         if self.phase == Phase::Running {
             // It has not heard the start.
             out.push(self.send(who, Down::Start));
@@ -274,6 +301,9 @@ impl<C: Checks> Coordinator<C> {
         }
         if self.phase != Phase::Probing {
             return;
+        }
+        if let Err(failure) = self.has_state(who, restored) {
+            return self.fail(failure, out);
         }
         let heard_all = self.plan.read_by(who).all(|(id, _)| streams.contains(&id));
         self.peers[usize::from(who)].probed |= heard_all;
@@ -286,13 +316,15 @@ impl<C: Checks> Coordinator<C> {
     fn start(&mut self, now: Duration, out: &mut Vec<Action>) {
         self.phase = Phase::Running;
         self.settled_at = now;
-        self.until = self.limits.ahead.min(self.plan.clock.windows);
+        self.until = (self.from + self.limits.ahead).min(self.plan.clock.windows);
         let ready: Vec<&ReadyInfo> = self.peers.iter().filter_map(|p| p.ready.as_deref()).collect();
-        self.ledger = Some(Ledger::open(&self.plan, &self.scenes, &ready));
+        let opened = || Ledger::open(&self.plan, &self.scenes, &ready);
+        self.ledger = Some(self.ledger.take().unwrap_or_else(opened));
+        self.plan_save();
         self.tell_all(&Down::Start, out);
         self.tell_all(&self.grant(), out);
         out.push(Action::Started);
-        if self.plan.clock.windows == 0 {
+        if self.from >= self.plan.clock.windows {
             self.finish(Outcome::Finished, out);
         }
     }
@@ -317,7 +349,8 @@ impl<C: Checks> Coordinator<C> {
     }
 
     fn grant(&self) -> Down {
-        Down::Grant { until: self.until, committed: self.committed }
+        let save = self.saving.as_ref().map(|s| Save { at: s.edge, keep: self.recorded });
+        Down::Grant { until: self.until, committed: self.committed, save }
     }
 
     fn tell_all(&self, message: &Down, out: &mut Vec<Action>) {

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use xxhash_rust::xxh3::Xxh3;
 
+use super::checkpoint::lasts;
 use super::{Action, Coordinator, Failure, Outcome, Phase};
 use crate::checks::{Check, Checks};
 use crate::control::Done;
@@ -47,10 +48,12 @@ impl<C: Checks> Coordinator<C> {
             return self.fail(failure, out);
         }
         self.chain = chain(self.chain, window, &self.plan, &dones);
+        self.states = dones.iter().map(|d| d.state_hash).collect();
         self.committed = self.committed.max(window + 1);
         self.settled_at = now;
         let committed = self.committed;
-        self.produced.retain(|&(_, index), _| index + 2 >= committed);
+        let plan = &self.plan;
+        self.produced.retain(|&(stream, index), _| index + 2 >= committed || lasts(plan, stream));
         if let Some(ledger) = &mut self.ledger {
             let record = ledger.record(&self.plan, window, self.chain, &dones);
             out.push(Action::Settled(Box::new(record), dones));
@@ -58,11 +61,15 @@ impl<C: Checks> Coordinator<C> {
         self.grant_more(out);
     }
 
-    fn grant_more(&mut self, out: &mut Vec<Action>) {
+    pub(super) fn grant_more(&mut self, out: &mut Vec<Action>) {
         let end = self.stop_at.unwrap_or(self.plan.clock.windows);
+        self.plan_save();
+        self.try_record(out);
         if self.committed >= end {
             let stopped = self.stop_at.filter(|&at| at < self.plan.clock.windows);
             return match stopped {
+                // Everybody stands at the edge: the run ends when it can be resumed from there.
+                Some(_) if self.saving.is_some() => self.tell_all(&self.grant(), out),
                 Some(windows) => self.finish(Outcome::Stopped { windows }, out),
                 None => self.finish(Outcome::Finished, out),
             };
@@ -107,11 +114,11 @@ impl<C: Checks> Coordinator<C> {
         None
     }
 
-    fn broke(&self, who: ParticipantId, window: u64, message: String) -> Failure {
+    pub(super) fn broke(&self, who: ParticipantId, window: u64, message: String) -> Failure {
         Failure::Protocol { who: self.plan.name_of(who).to_owned(), window, message }
     }
 
-    fn key(&self, id: MessageId) -> &str {
+    pub(super) fn key(&self, id: MessageId) -> &str {
         self.plan.streams.get(usize::from(id.stream)).map_or("?", |s| s.key.as_str())
     }
 }

@@ -1,5 +1,7 @@
 //! Writing the ledger: from what participants reported to one record a window.
 
+use serde::{Deserialize, Serialize};
+
 use super::{InterfaceRecord, SolverRecord, WindowRecord};
 use crate::boundary::{Vec3, Wrench, add, norm, scale, sub};
 use crate::control::{Done, ReadyInfo};
@@ -8,9 +10,11 @@ use crate::plugin::{BodyState, Report, SolverScene};
 use crate::scene::{Link, Scheme};
 
 /// Keeps what a record is compared with.
-#[derive(Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
     previous: Vec<Wrench>,
+    /// Comes from the scene, also where a ledger is reopened.
+    #[serde(skip)]
     links: Vec<Vec<Link>>,
     stored: Vec<f64>,
     /// Impulses of the last window, by interface: in the parallel scheme they arrive one window later.
@@ -35,6 +39,16 @@ impl Ledger {
         ledger.widen(&reports);
         ledger.stored = (0..plan.interfaces.len()).map(|i| ledger.stored_energy(plan, i, &reports)).collect();
         ledger
+    }
+
+    /// Goes on with a ledger that was stored; `None` where it is of another plan.
+    pub(crate) fn reopen(self, plan: &Plan, scenes: &[SolverScene]) -> Option<Self> {
+        let interfaces = plan.interfaces.len();
+        let fits = self.previous.len() >= plan.solver_count()
+            && self.underway.len() == interfaces
+            && self.stored.len() == interfaces;
+        let links = (0..interfaces).map(|i| links_of(scenes, i as InterfaceId)).collect();
+        fits.then_some(Self { links, ..self })
     }
 
     /// Writes one window. `dones` is in participant order.

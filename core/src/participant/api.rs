@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::checkpoint::{CheckpointError, Snapshot};
 use crate::control::{RunId, Times};
 use crate::plan::{ParticipantId, StreamId};
 use crate::plugin::{
@@ -18,6 +19,8 @@ pub type Frame = Arc<Vec<u8>>;
 pub struct Identity {
     /// Run it belongs to.
     pub run: RunId,
+    /// Incarnation of the coordinator it was started for: others are not listened to.
+    pub epoch: u32,
     /// Name it was started under.
     pub name: String,
     /// Random number of this process.
@@ -62,6 +65,12 @@ pub enum Event {
     SetUp(Result<Answer<Setup>, PluginError>),
     /// The plugin has answered `connect`.
     Connected(Result<(), PluginError>),
+    /// The answer to [`Action::Load`].
+    Loaded(Result<Box<Snapshot>, CheckpointError>),
+    /// The plugin has answered `restore`, with the hash of all that `save` writes after it.
+    Restored(Result<u128, PluginError>),
+    /// The snapshot of the start of a window is stored for good, or why it could not be.
+    Saved(u64, Result<(), String>),
     /// The plugin has answered `advance`, with the time inside it.
     Computed(Result<Answer<Outputs>, PluginError>, Times),
     /// The plugin has finished `done` of `of` substeps of the step at hand.
@@ -90,6 +99,15 @@ pub enum Action {
     SetUp(Box<SolverScene>, Vec<String>),
     /// Call `connect`, answer with [`Event::Connected`].
     Connect(Vec<PartnerSetup>),
+    /// Read the snapshot of the start of this window, answer with [`Event::Loaded`]. Those of later windows belong to a
+    /// life that is over and are removed.
+    Load(u64),
+    /// Call `restore` with this state, then `save` into a [`StateHasher`]; answer with [`Event::Restored`].
+    Restore(Vec<u8>),
+    /// Call `save` at once, by [`Snapshot::of`]; store the bytes and answer with [`Event::Saved`] when they cannot be lost
+    /// any more, which may be later. The snapshot of the window that is named beside it must be kept as well, others may
+    /// go. A recorder answers when all frames it was given are written.
+    Save(Box<Snapshot>, Option<u64>),
     /// Call `record` for each frame, then `advance`; answer with [`Event::Computed`].
     Compute(Box<Job>),
     /// Leave.

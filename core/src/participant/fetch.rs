@@ -90,7 +90,7 @@ impl<C: Checks> Participant<C> {
     /// Asks for what comes next, or sets the plugin up when nothing is left.
     pub(super) fn fetch_more(&mut self, out: &mut Vec<Action>) {
         if self.fetch.current().is_none() {
-            return self.set_up(out);
+            return self.load_or_set_up(out);
         }
         let more = self.fetch.more();
         self.request_chunks(more, out);
@@ -106,7 +106,7 @@ impl<C: Checks> Participant<C> {
         out.extend(chunks.into_iter().map(|chunk| self.envelope(Up::Fetch { asset, chunk })));
     }
 
-    fn set_up(&mut self, out: &mut Vec<Action>) {
+    pub(super) fn set_up(&mut self, out: &mut Vec<Action>) {
         self.phase = Phase::SettingUp;
         let assets = std::mem::take(&mut self.fetch.whole);
         let Some(joined) = &mut self.joined else { return };

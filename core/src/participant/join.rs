@@ -2,10 +2,11 @@
 
 use std::time::Duration;
 
-use super::{Action, Answer, Inbox, Joined, Outbox, Participant, Phase, outbox};
+use super::{Action, Answer, Fetch, Inbox, Joined, Outbox, Participant, Phase, outbox};
 use crate::boundary::SampleStatics;
+use crate::checkpoint::identity_of_part;
 use crate::checks::Checks;
-use crate::control::{FailureKind, ReadyInfo, Up};
+use crate::control::{AssetInfo, FailureKind, ReadyInfo, Up};
 use crate::plan::schedule::{self, MessageId};
 use crate::plan::{Content, ParticipantId, Plan, StreamId};
 use crate::plugin::{PartnerSetup, PluginError, Setup, SolverScene};
@@ -15,9 +16,9 @@ impl<C: Checks> Participant<C> {
     pub(super) fn on_welcome(
         &mut self,
         id: ParticipantId,
-        epoch: u32,
-        plan: &str,
-        scene: &str,
+        from: u64,
+        [plan, scene]: [&str; 2],
+        assets: Vec<AssetInfo>,
         now: Duration,
         out: &mut Vec<Action>,
     ) {
@@ -26,10 +27,13 @@ impl<C: Checks> Participant<C> {
             let message = "the welcome holds no plan that this version understands".to_owned();
             return self.fail(FailureKind::Bus, message, now, out);
         };
-        let run = self.identity.run;
+        let (run, epoch) = (self.identity.run, self.identity.epoch);
         self.joined = Some(Joined {
             id,
-            epoch,
+            identity: identity_of_part(&plan, &scene, &assets),
+            from,
+            snapshot: None,
+            restored: None,
             inbox: Inbox::new(run, epoch, &plan, id),
             outbox: Outbox::new(run, epoch, id),
             plan,
@@ -38,6 +42,7 @@ impl<C: Checks> Participant<C> {
             connecting: false,
             connected: false,
         });
+        self.fetch = Fetch::new(assets);
         self.phase = Phase::Fetching;
         out.push(Action::Declare);
         self.asked_at = now;
@@ -78,7 +83,7 @@ impl<C: Checks> Participant<C> {
             out.push(Action::Publish(stream, frame));
         }
         // What got lost of it is asked for; only probes are repeated.
-        let initial = if first { schedule::published_at_start(&joined.plan, joined.id) } else { Vec::new() };
+        let initial = if first { schedule::published_before(&joined.plan, joined.id, joined.from) } else { Vec::new() };
         for id in initial {
             out.extend(joined.outbox.frames(id).iter().map(|f| Action::Publish(id.stream, f.clone())));
         }
@@ -104,10 +109,14 @@ impl<C: Checks> Participant<C> {
     pub(super) fn on_connected(&mut self, answer: Result<(), PluginError>, now: Duration, out: &mut Vec<Action>) {
         match answer {
             Ok(()) => {
-                if let Some(joined) = &mut self.joined {
+                let Some(joined) = &mut self.joined else { return };
+                // Now it knows its partners and can be put where the run is resumed.
+                if let Some(snapshot) = joined.snapshot.take() {
+                    out.push(Action::Restore(snapshot.state));
+                } else {
                     joined.connected = true;
+                    self.report_probes(now, out);
                 }
-                self.report_probes(now, out);
             }
             Err(error) => self.fail_plugin(&error, now, out),
         }
@@ -117,19 +126,27 @@ impl<C: Checks> Participant<C> {
     pub(super) fn report_probes(&mut self, now: Duration, out: &mut Vec<Action>) {
         let Some(joined) = self.joined.as_ref().filter(|j| j.connected && j.inbox.all_heard()) else { return };
         if self.phase == Phase::Probing {
-            let streams = joined.inbox.heard();
-            self.say(Up::Probed { streams }, now, out);
+            let probed = Up::Probed { streams: joined.inbox.heard(), restored: joined.restored };
+            self.say(probed, now, out);
         }
     }
 }
 
 impl Joined {
-    /// Encodes the boundaries at t = 0 and the statics, and fills in what `Ready` says.
+    /// Encodes the statics and the boundaries where the run begins, and fills in what `Ready` says.
     fn publish_setup(&mut self, answer: Answer<Setup>) -> Result<(), String> {
         let Answer { value: setup, state_hash, visuals } = answer;
         let mut produced = Vec::new();
-        for id in schedule::published_at_start(&self.plan, self.id) {
+        for id in schedule::published_before(&self.plan, self.id, self.from) {
             let stream = &self.plan.streams[usize::from(id.stream)];
+            if let Some(snapshot) =
+                self.snapshot.as_ref().filter(|_| !matches!(stream.content, Content::Statics { .. }))
+            {
+                let kept = snapshot.messages.iter().find(|m| (m.stream, m.index) == (id.stream, id.index));
+                // What is missing is missed by the coordinator, which knows what there was.
+                produced.extend(kept.map(|m| (id.stream, id.index, self.outbox.take_over(&self.plan, m))));
+                continue;
+            }
             if let Content::Visual { .. } = &stream.content {
                 let content = self.outbox.visual(&self.plan, id, &visuals).map_err(|e| e.to_string())?;
                 produced.push((id.stream, id.index, content));

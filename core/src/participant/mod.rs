@@ -10,10 +10,12 @@ mod inbox;
 mod join;
 mod outbox;
 mod repeat;
+mod resume;
 mod window;
 
 use std::time::Duration;
 
+use crate::checkpoint::Snapshot;
 use crate::checks::{AllChecks, Check, Checks};
 use crate::control::{self, Done, Down, Envelope, FailureKind, PROTOCOL, Progress, ReadyInfo, Up};
 use crate::plan::{ParticipantId, Plan};
@@ -24,6 +26,7 @@ pub use inbox::{Inbox, Reject, Taken};
 pub use outbox::{Outbox, OutputError};
 
 use fetch::Fetch;
+use resume::Saving;
 use window::Underway;
 
 /// Where a participant is in its life.
@@ -31,6 +34,7 @@ use window::Underway;
 enum Phase {
     Greeting,
     Fetching,
+    Loading,
     SettingUp,
     Ready,
     Probing,
@@ -43,7 +47,6 @@ enum Phase {
 #[derive(Debug)]
 struct Joined {
     id: ParticipantId,
-    epoch: u32,
     plan: Plan,
     scene: SolverScene,
     inbox: Inbox,
@@ -51,8 +54,16 @@ struct Joined {
     ready: ReadyInfo,
     /// The plugin has been told its partners.
     connecting: bool,
-    /// It has taken them.
+    /// It has taken them, and stands where the run begins.
     connected: bool,
+    /// Identity of what it computes.
+    identity: u128,
+    /// First window to compute.
+    from: u64,
+    /// Where a resumed run takes it up, until the plugin is there.
+    snapshot: Option<Box<Snapshot>>,
+    /// Hash of its state there.
+    restored: Option<u128>,
 }
 
 /// The state machine.
@@ -69,6 +80,7 @@ pub struct Participant<C: Checks = AllChecks> {
     committed: u64,
     underway: Underway,
     unsettled: Vec<(u64, Box<Done>)>,
+    saving: Saving,
     /// Why it cannot go on, and since when.
     failure: Option<(FailureKind, String, Duration)>,
     progress: Progress,
@@ -100,6 +112,7 @@ impl<C: Checks> Participant<C> {
             committed: 0,
             underway: Underway::default(),
             unsettled: Vec::new(),
+            saving: Saving::default(),
             failure: None,
             progress: Progress::default(),
             heard_at: Duration::ZERO,
@@ -119,9 +132,9 @@ impl<C: Checks> Participant<C> {
         self.joined.as_ref().map(|j| j.id)
     }
 
-    /// Incarnation of the coordinator, once welcomed.
+    /// Incarnation of the coordinator, once welcomed; 0 before.
     pub fn epoch(&self) -> u32 {
-        self.joined.as_ref().map_or(0, |j| j.epoch)
+        self.joined.as_ref().map_or(0, |_| self.identity.epoch)
     }
 
     /// Where it is, for heartbeats and for people.
@@ -160,6 +173,9 @@ impl<C: Checks> Participant<C> {
             Event::Resend(bytes) => self.on_resend(&bytes, &mut out),
             Event::SetUp(answer) => self.on_set_up(answer, now, &mut out),
             Event::Connected(answer) => self.on_connected(answer, now, &mut out),
+            Event::Loaded(found) => self.on_loaded(found, now, &mut out),
+            Event::Restored(answer) => self.on_restored(answer, now, &mut out),
+            Event::Saved(window, answer) => self.on_saved(window, answer, now, &mut out),
             Event::Computed(answer, times) => self.on_computed(answer, times, now, &mut out),
             Event::Beat { done, of } => {
                 self.progress.substep = done;
@@ -178,22 +194,15 @@ impl<C: Checks> Participant<C> {
         {
             return;
         }
-        let stale = self.joined.as_ref().is_some_and(|j| j.epoch != envelope.epoch);
-        if stale && self.checks.on(Check::ControlEpoch) {
-            return;
-        }
-        // Until it is welcomed it cannot tell incarnations apart: nothing else may move it.
-        let welcomes = matches!(envelope.body, Down::Welcome { .. } | Down::Refused { .. });
-        if self.joined.is_none() && !welcomes && self.checks.on(Check::ControlEpoch) {
+        if envelope.epoch != self.identity.epoch && self.checks.on(Check::ControlEpoch) {
             return;
         }
         self.heard_at = now;
         match envelope.body {
             // A second copy of the welcome must not undo what the first began.
             Down::Welcome { .. } if self.phase != Phase::Greeting => {}
-            Down::Welcome { id, plan, scene, assets } => {
-                self.fetch = Fetch::new(assets);
-                self.on_welcome(id, envelope.epoch, &plan, &scene, now, out);
+            Down::Welcome { id, plan, scene, assets, from } => {
+                self.on_welcome(id, from, [&plan, &scene], assets, now, out);
             }
             Down::Chunk { asset, chunk, bytes } => self.on_chunk(asset, chunk, bytes, now, out),
             Down::Refused { reason } => self.end(Ending::Refused(reason), out),
@@ -203,7 +212,10 @@ impl<C: Checks> Participant<C> {
                 self.advance(now, out);
             }
             Down::Start => {}
-            Down::Grant { until, committed } => self.on_grant(until, committed, now, out),
+            Down::Grant { until, committed, save } => {
+                self.on_save(save, now, out);
+                self.on_grant(until, committed, now, out);
+            }
             Down::Finish => self.leave(Ending::Finished, now, out),
             Down::Abort { reason } => {
                 let own = self.failure.take().map(|(_, message, _)| Ending::Failed(message));
@@ -255,7 +267,7 @@ impl<C: Checks> Participant<C> {
         control::encode(&Envelope {
             protocol: PROTOCOL,
             run: self.identity.run,
-            epoch: self.epoch(),
+            epoch: self.identity.epoch,
             instance: self.identity.instance,
             body,
         })

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::Frame;
 use crate::boundary::{BoundaryState, Impulses, SampleStatics, Vec3};
+use crate::checkpoint::KeptMessage;
 use crate::control::RunId;
 use crate::plan::schedule::MessageId;
 use crate::plan::{BoundaryForm, Content, Interface, Plan, StreamId};
@@ -124,6 +125,19 @@ impl Outbox {
         wire::check_visual(state).map_err(|error| OutputError::NotFinite { key: stream.key.clone(), error })?;
         let (count, buffer) = wire::encode_visual(state);
         Ok(self.keep(plan, id, count, buffer))
+    }
+
+    /// Takes over a message that was published in an earlier life of the run.
+    pub fn take_over(&mut self, plan: &Plan, message: &KeptMessage) -> u64 {
+        let buffer = [&[0; wire::HEADER_BYTES], message.payload.as_slice()].concat();
+        self.keep(plan, MessageId { stream: message.stream, index: message.index }, message.count, buffer)
+    }
+
+    /// Count and payload of a message, if it is still kept.
+    pub fn payload(&self, id: MessageId) -> Option<(u32, Vec<u8>)> {
+        let frames = self.kept.get(&id)?;
+        let count = wire::Header::read(frames.first()?).ok()?.count;
+        Some((count, frames.iter().flat_map(|f| &f[wire::HEADER_BYTES..]).copied().collect()))
     }
 
     /// Frames of a message, if it is still kept.

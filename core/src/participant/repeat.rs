@@ -14,7 +14,7 @@ impl<C: Checks> Participant<C> {
     pub(super) fn on_resend(&mut self, bytes: &[u8], out: &mut Vec<Action>) {
         let Some(joined) = &self.joined else { return };
         let Ok(envelope) = control::decode::<Resend>(bytes) else { return };
-        let foreign = envelope.run != self.identity.run || envelope.epoch != joined.epoch;
+        let foreign = envelope.run != self.identity.run || envelope.epoch != self.identity.epoch;
         if envelope.protocol != PROTOCOL || foreign {
             return;
         }

@@ -24,6 +24,18 @@ pub(super) struct Underway {
     done: Done,
 }
 
+impl Underway {
+    /// Nothing of `window` has been computed.
+    pub(super) fn at(window: u64) -> Self {
+        Self { window, ..Self::default() }
+    }
+
+    /// Whether any of the window has been computed or is being.
+    pub(super) fn is_begun(&self) -> bool {
+        self.computing || self.step > 0
+    }
+}
+
 impl<C: Checks> Participant<C> {
     /// The step that comes next.
     pub(super) fn current_step(&self, joined: &Joined) -> Option<StepPlan> {
@@ -140,6 +152,7 @@ impl<C: Checks> Participant<C> {
         let done = Box::new(done);
         self.unsettled.push((window, done.clone()));
         self.say(Up::Done(done), now, out);
+        self.save_if_due(out);
     }
 }
 
@@ -151,7 +164,7 @@ fn interface_of(joined: &Joined, stream: StreamId) -> Option<u16> {
 }
 
 /// Forgets messages below those that windows from `next` on can need.
-fn forget_used(joined: &mut Joined, next: u64) {
+pub(super) fn forget_used(joined: &mut Joined, next: u64) {
     let streams: Vec<(StreamId, bool)> =
         joined.plan.read_by(joined.id).map(|(id, s)| (id, matches!(s.content, Content::Statics { .. }))).collect();
     for (stream, statics) in streams {

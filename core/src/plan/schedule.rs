@@ -3,7 +3,7 @@
 //! All coupling schemes are data here. A step covers a span of ticks, waits for messages and ends with messages.
 //! Nobody asks anybody for permission inside a window: a participant starts when what it needs is there.
 
-use super::{Content, Interface, InterfaceId, ParticipantId, Plan, StreamId};
+use super::{BoundaryForm, Content, Interface, InterfaceId, ParticipantId, Plan, Stream, StreamId};
 use crate::scene::Scheme;
 use crate::time::{Span, TICKS_PER_WINDOW};
 
@@ -87,10 +87,30 @@ pub fn steps(plan: &Plan, who: ParticipantId, window: u64) -> Vec<StepPlan> {
 
 /// Messages that are published before the first window: the boundaries at t = 0 and the statics.
 pub fn published_at_start(plan: &Plan, who: ParticipantId) -> Vec<MessageId> {
-    plan.sent_by(who)
-        .filter(|(_, s)| !matches!(s.content, Content::MidBoundary { .. } | Content::Impulses { .. }))
-        .map(|(stream, _)| MessageId { stream, index: 0 })
-        .collect()
+    published_before(plan, who, 0)
+}
+
+/// Messages that `who` publishes before `window` and that this window or a later one needs: statics, boundaries at its
+/// start, impulses that arrive a window late, and the boundary about which the moment of such impulses was taken.
+pub fn published_before(plan: &Plan, who: ParticipantId, window: u64) -> Vec<MessageId> {
+    let late = |i: &Interface| i.carries_impulses() && i.scheme == Scheme::Parallel;
+    let of = |(stream, declared): (StreamId, &Stream)| {
+        let last = window.checked_sub(1);
+        let proxy = matches!(declared.content, Content::Boundary { form: BoundaryForm::Proxy, .. });
+        let turned = proxy && plan.interfaces.iter().any(|i| late(i) && i.from_b == stream);
+        let indices = match &declared.content {
+            Content::Statics { .. } => [Some(0), None],
+            Content::Boundary { .. } => [last.filter(|_| turned), Some(window)],
+            Content::Impulses { interface, .. } => {
+                [last.filter(|_| plan.interfaces.get(usize::from(*interface)).is_some_and(late)), None]
+            }
+            // A frame is drawn in the window that ends with it; only the one at t = 0 is drawn afterwards.
+            Content::Visual { .. } => [(window == 0).then_some(0), None],
+            Content::MidBoundary { .. } => [None, None],
+        };
+        indices.into_iter().flatten().map(move |index| MessageId { stream, index })
+    };
+    plan.sent_by(who).flat_map(of).collect()
 }
 
 /// Statics that must be there before the first window.

@@ -21,6 +21,8 @@ pub struct Faults {
     pub flip: u64,
     /// A message that does not belong arrives before it.
     pub forge: u64,
+    /// A snapshot or a checkpoint cannot be stored.
+    pub disk: u64,
 }
 
 /// What does not belong about a forged message.

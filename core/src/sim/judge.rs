@@ -1,11 +1,13 @@
 //! The blow of a scenario, and whether the run answered it as it must.
 
+use super::birth::{identity, pace};
+use super::lives::Rot;
 use super::scenario::Trouble;
-use super::world::{Delivery, World, identity, pace};
+use super::world::{Delivery, World};
 use crate::checks::Checks;
 use crate::coordinator::{self, Failure, Outcome};
 use crate::participant::{self, Participant};
-use crate::plan::ParticipantId;
+use crate::plan::{Content, ParticipantId};
 
 /// How long a pause lasts \[µs\]: longer than the notice, shorter than the limit.
 const PAUSE_US: u64 = 700_000;
@@ -23,10 +25,10 @@ impl<C: Checks + Copy> World<'_, C> {
                 self.nodes[usize::from(who)].frozen = true;
                 self.post(PAUSE_US, Delivery::Thaw(who));
             }
-            Trouble::Stop => self.tell_coordinator(coordinator::Event::Stop),
+            Trouble::Stop | Trouble::Interrupt => self.tell_coordinator(coordinator::Event::Stop),
             Trouble::Double(who) => {
                 let name = self.scenario.plan.name_of(who).to_owned();
-                let mut double = Participant::new(identity(&name, 9_999), pace());
+                let mut double = Participant::new(identity(&name, self.epoch(), 9_999), pace());
                 let now = self.now();
                 for action in double.on(participant::Event::Tick, now) {
                     if let participant::Action::Control(bytes) = action {
@@ -35,6 +37,13 @@ impl<C: Checks + Copy> World<'_, C> {
                 }
                 self.double = Some(double);
             }
+            Trouble::Crash => {
+                if self.life == 0 {
+                    self.crashes = self.random.below(3);
+                }
+                self.crash(false);
+            }
+            Trouble::Rot(_) => self.crash(true),
         }
     }
 
@@ -52,7 +61,13 @@ impl<C: Checks + Copy> World<'_, C> {
         let late = finished && self.now_us <= self.scenario.trouble_at_us + 2 * PAUSE_US;
         let name = |who: ParticipantId| self.scenario.plan.name_of(who).to_owned();
         let as_it_must = match (self.scenario.trouble, outcome) {
-            (Trouble::None | Trouble::Pause(_) | Trouble::Double(_), end) => *end == Outcome::Finished,
+            (Trouble::None | Trouble::Pause(_) | Trouble::Double(_) | Trouble::Crash | Trouble::Interrupt, end) => {
+                *end == Outcome::Finished
+            }
+            // Who is told nothing has nothing to lie about.
+            (Trouble::Lie(who), Outcome::Finished) if !self.is_told(who) => true,
+            // Without a checkpoint there was nothing to spoil.
+            (Trouble::Rot(who), end) => self.spoiled(end, &name(who)),
             // A blow after the last window comes too late to matter.
             (Trouble::Kill(_) | Trouble::Freeze(_) | Trouble::Stop | Trouble::Lie(_), Outcome::Finished) => late,
             (Trouble::Kill(who), Outcome::Failed(Failure::Died { who: named, .. }))
@@ -63,5 +78,21 @@ impl<C: Checks + Copy> World<'_, C> {
             _ => false,
         };
         (!as_it_must).then(|| format!("{:?} ended as {outcome:?} (I6)", self.scenario.trouble))
+    }
+
+    /// Whether a participant computes with anything that others send.
+    fn is_told(&self, who: ParticipantId) -> bool {
+        let counts = |content: &Content| !matches!(content, Content::Statics { .. });
+        self.scenario.plan.read_by(who).any(|(_, stream)| counts(&stream.content))
+    }
+
+    /// Whose snapshot was spoiled must be told so, and for the right reason.
+    fn spoiled(&self, outcome: &Outcome, name: &str) -> bool {
+        match (self.rotten, outcome) {
+            (None, end) => *end == Outcome::Finished,
+            (Some(Rot::Bit | Rot::Stale), Outcome::Failed(Failure::Environment { who, .. }))
+            | (Some(Rot::State | Rot::Message), Outcome::Failed(Failure::Protocol { who, .. })) => who == name,
+            _ => false,
+        }
     }
 }

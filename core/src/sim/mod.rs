@@ -3,8 +3,11 @@
 //!
 //! The machines are the real ones; only the bus, the clock and the physics are not. What must hold is in [`Violation`].
 
+mod birth;
 mod faults;
+mod host;
 mod judge;
+mod lives;
 mod network;
 mod random;
 mod scenario;

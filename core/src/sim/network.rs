@@ -1,9 +1,10 @@
 //! The simulated bus: what happens to a message between sender and receiver.
 
 use super::Forgery;
+use super::birth::RUN;
 use super::faults::{flipped, forged_down, forged_frame, forged_up, idle_request};
 use super::scenario::Trouble;
-use super::world::{Delivery, EPOCH, RUN, World};
+use super::world::{Delivery, World};
 use crate::checks::Checks;
 use crate::participant::Frame;
 use crate::plan::ParticipantId;
@@ -42,7 +43,7 @@ impl<C: Checks + Copy> World<'_, C> {
             if let Some(forged) = forged_down(bytes, how) {
                 self.post(1, Delivery::Down(who, forged));
             }
-            let request = idle_request(RUN, EPOCH, &mut self.random);
+            let request = idle_request(RUN, self.epoch(), &mut self.random);
             self.post(1, Delivery::Resend(who, request));
         }
         self.send(bytes, move |b| Delivery::Down(who, b));

@@ -29,6 +29,20 @@ pub enum Trouble {
     Lie(ParticipantId),
     /// A second process joins under a taken name: it must be refused and the run finish.
     Double(ParticipantId),
+    /// Some processes are killed, the coordinator's perhaps among them; all are started again and go on from the newest
+    /// checkpoint, perhaps to be killed again.
+    Crash,
+    /// The user stops the run and resumes it.
+    Interrupt,
+    /// All processes are killed, and the snapshot of one participant is spoiled before they are started again.
+    Rot(ParticipantId),
+}
+
+impl Trouble {
+    /// Whether the run has more than one life.
+    pub(super) fn resumes(self) -> bool {
+        matches!(self, Self::Crash | Self::Interrupt | Self::Rot(_))
+    }
 }
 
 /// A run to simulate.
@@ -46,6 +60,8 @@ pub struct Scenario {
     pub trouble: Trouble,
     /// When it happens \[µs\].
     pub trouble_at_us: u64,
+    /// Windows between checkpoints.
+    pub checkpoint_every: Option<u64>,
 }
 
 /// Windows of an ordinary scenario.
@@ -73,6 +89,9 @@ impl Scenario {
             5..=6 => Trouble::Stop,
             7 => Trouble::Lie(who),
             8 => Trouble::Double(who),
+            9..=12 => Trouble::Crash,
+            13 => Trouble::Interrupt,
+            14..=16 => Trouble::Rot(who),
             _ => Trouble::None,
         };
         let mut rate = |choices: [u64; 4]| choices[random.below(4) as usize];
@@ -82,14 +101,28 @@ impl Scenario {
             delay: rate([0, 100, 20, 5]),
             flip: rate([0, 300, 100, 40]),
             forge: rate([0, 100, 30, 10]),
+            disk: 0,
         };
-        Self { seed, plan, scenes, faults, trouble, trouble_at_us: 5_000 + random.below(200_000) }
+        let trouble_at_us = 5_000 + random.below(200_000);
+        let every = [1, 4, 15, 50][random.below(4) as usize];
+        // A run that is resumed or stopped makes checkpoints; so do some others, to which it must make no difference.
+        let saves = trouble.resumes() || trouble == Trouble::Stop || every == 4;
+        let checkpoint_every = Some(every).filter(|_| saves);
+        // What is to be resumed or spoiled should mostly be there.
+        let later = match trouble {
+            Trouble::Rot(_) => 50_000,
+            Trouble::Crash => 25_000,
+            _ => 0,
+        };
+        let trouble_at_us = trouble_at_us + later;
+        let faults = Faults { disk: [0, 0, 30, 5][random.below(4) as usize], ..faults };
+        Self { seed, plan, scenes, faults, trouble, trouble_at_us, checkpoint_every }
     }
 
-    /// The same without faults and trouble.
+    /// The same without faults, trouble and checkpoints.
     #[must_use]
     pub fn calm(&self) -> Self {
-        Self { faults: Faults::default(), trouble: Trouble::None, ..self.clone() }
+        Self { faults: Faults::default(), trouble: Trouble::None, checkpoint_every: None, ..self.clone() }
     }
 }
 
@@ -115,7 +148,8 @@ fn draw(random: &mut Random, windows: u64, samples: u64) -> Option<(Plan, Vec<So
         let _ = writeln!(text, "fps = {}\n[output]\nsplats = false", windows as f64 / every as f64);
     }
     for i in 0..solvers {
-        let _ = writeln!(text, "[solver.p{i}]\nplugin = \"toy\"");
+        let plugin = if random.once_in(3) { toy::RIGID } else { "toy" };
+        let _ = writeln!(text, "[solver.p{i}]\nplugin = \"{plugin}\"");
     }
     for i in 0..solvers {
         let _ = writeln!(
@@ -141,7 +175,8 @@ fn draw(random: &mut Random, windows: u64, samples: u64) -> Option<(Plan, Vec<So
         }
     }
     let scene = read::parse(&text).ok()?.0;
-    let descriptors = BTreeMap::from([("toy".to_owned(), toy::descriptor())]);
+    let descriptors = [toy::descriptor(), toy::rigid_descriptor()].map(|d| (d.name.clone(), d));
+    let descriptors = BTreeMap::from(descriptors);
     let (plan, mut scenes) = plan::build(&scene, &descriptors, 2).ok()?;
     for scene in &mut scenes {
         for i in 0..random.below(3) {

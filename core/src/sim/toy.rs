@@ -3,7 +3,7 @@
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::asset::Asset;
-use crate::boundary::{BoundaryState, Impulses, SampleStatics, Samples, Vec3};
+use crate::boundary::{BoundaryState, Impulses, ProxyRecord, SampleStatics, Samples, Vec3, Wrench};
 use crate::control::PROTOCOL;
 use crate::plan::{BoundaryForm, InterfaceId};
 use crate::plugin::{
@@ -16,12 +16,16 @@ use crate::visual::{VisualForm, VisualFrame, VisualState};
 /// The plugin.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Toy {
+    rigid: bool,
     bodies: Vec<(String, usize)>,
     gives: Vec<(InterfaceId, usize)>,
     partner_sizes: Vec<(InterfaceId, usize)>,
     state: Vec<u64>,
-    drawn: u64,
+    drawn: Vec<(u64, u64)>,
 }
+
+/// Name of the plugin that shows its bodies as rigid.
+pub(super) const RIGID: &str = "rigid-toy";
 
 /// Descriptor of the toy.
 pub(super) fn descriptor() -> Descriptor {
@@ -32,7 +36,12 @@ pub(super) fn descriptor() -> Descriptor {
         protocol: [PROTOCOL; 2],
         body_kinds: vec!["cloud".to_owned()],
         materials: vec!["point-mass".to_owned()],
-        roles: vec![InterfaceRole::ResolveSamples, InterfaceRole::Respond, InterfaceRole::Link],
+        roles: vec![
+            InterfaceRole::ResolveSamples,
+            InterfaceRole::ResolveProxy,
+            InterfaceRole::Respond,
+            InterfaceRole::Link,
+        ],
         boundary: BoundaryForm::SamplesF64 { normals: false },
         visual: Some(VisualForm::Particles { gradients: false }),
         features: Vec::new(),
@@ -42,7 +51,17 @@ pub(super) fn descriptor() -> Descriptor {
     }
 }
 
+/// Descriptor of a toy that shows its bodies as rigid.
+pub(super) fn rigid_descriptor() -> Descriptor {
+    Descriptor { name: RIGID.to_owned(), boundary: BoundaryForm::Proxy, ..descriptor() }
+}
+
 impl Toy {
+    /// A toy of that plugin.
+    pub(super) fn of(plugin: &str) -> Self {
+        Self { rigid: plugin == RIGID, ..Self::default() }
+    }
+
     /// A number in [0, 1) from a state and a place.
     fn number(&self, body: usize, place: usize) -> f64 {
         let mixed = xxh3_64(bytemuck::cast_slice(&[self.state[body], place as u64]));
@@ -56,6 +75,20 @@ impl Toy {
 
     fn boundary(&self, body: usize) -> BoundaryState {
         let count = self.bodies[body].1;
+        if self.rigid {
+            let any = |from: usize| [0, 1, 2].map(|i| self.number(body, from + i));
+            return BoundaryState::Proxy(ProxyRecord {
+                position: any(0),
+                orientation: [0.0, 0.0, 0.0, 1.0],
+                linear_velocity: any(3),
+                angular_velocity: any(6),
+                mass: 1.0,
+                inertia: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0],
+                share: 1.0,
+                background_linear: [0.0; 3],
+                background_angular: [0.0; 3],
+            });
+        }
         BoundaryState::Samples(Samples {
             position: self.vectors(body, count, 0),
             velocity: self.vectors(body, count, 64),
@@ -69,13 +102,20 @@ impl Toy {
         }
     }
 
-    /// Stands for all frames it was given.
-    pub(super) fn drawn(&self) -> u64 {
-        self.drawn
+    /// Frames it was given since the last time it was asked: number, and a hash of what they show.
+    pub(super) fn take_drawn(&mut self) -> Vec<(u64, u64)> {
+        std::mem::take(&mut self.drawn)
     }
 
+    /// Numbers that follow from the state, so that the ledger has something to compare.
     fn report(&self) -> Report {
-        Report { bodies: vec![BodyState::default(); self.bodies.len()], ..Report::default() }
+        let body = |i: usize| BodyState {
+            position_m: [self.number(i, 1), self.number(i, 2), 0.0],
+            momentum: Wrench { linear: [self.number(i, 3); 3], angular: [self.number(i, 4); 3] },
+            gross_momentum: self.number(i, 5),
+            ..BodyState::default()
+        };
+        Report { bodies: (0..self.bodies.len()).map(body).collect(), ..Report::default() }
     }
 }
 
@@ -128,15 +168,21 @@ impl Plugin for Toy {
         self.mix(&step.span.from.to_le_bytes());
         for partner in &inputs.partners {
             for state in [Some(&partner.now), partner.next.as_ref()].into_iter().flatten() {
-                if let BoundaryState::Samples(s) = state {
-                    self.mix(bytemuck::cast_slice(&s.position));
-                    self.mix(bytemuck::cast_slice(&s.velocity));
+                match state {
+                    BoundaryState::Samples(s) => {
+                        self.mix(bytemuck::cast_slice(&s.position));
+                        self.mix(bytemuck::cast_slice(&s.velocity));
+                    }
+                    BoundaryState::Proxy(p) => {
+                        self.mix(bytemuck::cast_slice(&[p.position, p.linear_velocity, p.angular_velocity]));
+                    }
                 }
             }
         }
         for impulse in &inputs.impulses {
-            if let Impulses::Samples(each) = &impulse.impulses {
-                self.mix(bytemuck::cast_slice(each));
+            match &impulse.impulses {
+                Impulses::Samples(each) => self.mix(bytemuck::cast_slice(each)),
+                Impulses::Rigid(wrench) => self.mix(bytemuck::cast_slice(&[wrench.linear, wrench.angular])),
             }
         }
         let size = |id: InterfaceId| {
@@ -148,6 +194,10 @@ impl Plugin for Toy {
         };
         let impulses = self.gives.iter().map(|&(id, _)| {
             let shift = 128 + 64 * usize::from(id);
+            if let Some(BoundaryState::Proxy(_)) = inputs.partner(id).map(|p| &p.now) {
+                let any = |from: usize| [0, 1, 2].map(|i| self.number(0, shift + from + i));
+                return (id, Impulses::Rigid(Wrench { linear: any(0), angular: any(3) }));
+            }
             (id, Impulses::Samples(self.vectors(0, size(id).unwrap_or(1), shift)))
         });
         Ok(Outputs {
@@ -165,14 +215,14 @@ impl Plugin for Toy {
     }
 
     fn record(&mut self, frame: &VisualFrame, _pulse: &mut dyn Pulse) -> Result<(), PluginError> {
-        let mut mixed = vec![self.drawn, frame.number];
+        let mut mixed = vec![frame.number];
         for (name, state) in &frame.bodies {
             mixed.push(xxh3_64(name.as_bytes()));
             if let VisualState::Particles { position, .. } = state {
                 mixed.push(xxh3_64(bytemuck::cast_slice(position)));
             }
         }
-        self.drawn = xxh3_64(bytemuck::cast_slice(&mixed));
+        self.drawn.push((frame.number, xxh3_64(bytemuck::cast_slice(&mixed))));
         Ok(())
     }
 

@@ -3,15 +3,19 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use xxhash_rust::xxh3::xxh3_64;
+
+use super::birth::{EPOCH, fresh_coordinator, fresh_nodes};
+use super::host::{Disks, Node};
+use super::lives::Rot;
 use super::random::Random;
 use super::scenario::Scenario;
-use super::toy::{Toy, descriptor};
 use crate::checks::{AllChecks, Checks};
 use crate::control::Times;
-use crate::coordinator::{self, Coordinator, Limits, Outcome};
-use crate::participant::{self, Answer, Ending, Frame, Identity, Job, Pace, Participant};
-use crate::plan::{ParticipantId, schedule};
-use crate::plugin::{Outputs, Plugin, PluginError, StateHasher, Steady};
+use crate::coordinator::{self, Coordinator, Outcome};
+use crate::participant::{self, Answer, Frame, Participant};
+use crate::plan::ParticipantId;
+use crate::plugin::{Outputs, PluginError};
 
 /// A simulated run that ended as it should.
 #[derive(Clone, Debug)]
@@ -24,6 +28,8 @@ pub struct Report {
     pub windows: u64,
     /// Deliveries made.
     pub messages: u64,
+    /// Times it went on from a checkpoint.
+    pub resumed: u32,
 }
 
 /// A run in which something did not hold. Invariants as in the project's reliability contract.
@@ -37,27 +43,21 @@ pub struct Violation {
 }
 
 /// Something on its way.
+#[derive(Clone)]
 pub(super) enum Delivery {
     Up(ParticipantId, Vec<u8>),
     Down(ParticipantId, Vec<u8>),
     Data(ParticipantId, Frame),
     Resend(ParticipantId, Vec<u8>),
     Computed(ParticipantId, Box<Result<Answer<Outputs>, PluginError>>),
+    Stored(ParticipantId, u64, Result<Vec<u8>, String>),
+    Recorded(u64, Result<Vec<u8>, String>),
     TickNode(ParticipantId),
     TickCoordinator,
     Trouble,
+    Restart,
     Thaw(ParticipantId),
     Buried(ParticipantId),
-}
-
-pub(super) struct Node<C: Checks> {
-    pub(super) machine: Participant<C>,
-    pub(super) plugin: Toy,
-    pub(super) alive: bool,
-    pub(super) frozen: bool,
-    pub(super) missed: Vec<Delivery>,
-    pub(super) states: Vec<u128>,
-    pub(super) ending: Option<Ending>,
 }
 
 pub(super) struct World<'s, C: Checks> {
@@ -65,13 +65,32 @@ pub(super) struct World<'s, C: Checks> {
     pub(super) random: Random,
     pub(super) now_us: u64,
     pub(super) order: u64,
-    pub(super) queue: BTreeMap<(u64, u64), Delivery>,
+    /// What is on its way, with the life it began in.
+    pub(super) queue: BTreeMap<(u64, u64), (u32, Delivery)>,
+    pub(super) checks: C,
     pub(super) coordinator: Coordinator<C>,
+    pub(super) coordinator_alive: bool,
     pub(super) nodes: Vec<Node<C>>,
     /// A second process under a taken name, if the scenario has one.
     pub(super) double: Option<Participant<AllChecks>>,
     pub(super) settled: u64,
     pub(super) last_hash: u128,
+    /// Hash of each settled window's row of the ledger.
+    pub(super) rows: Vec<u64>,
+    pub(super) disks: Disks,
+    /// Lives before this one, and when this one began.
+    pub(super) life: u32,
+    pub(super) began_us: u64,
+    /// A new life is about to begin.
+    pub(super) restarts: bool,
+    /// Lives that began at a checkpoint.
+    pub(super) resumed: u32,
+    /// Crashes to come.
+    pub(super) crashes: u64,
+    pub(super) rotten: Option<Rot>,
+    /// Messages of this life, and of those before.
+    pub(super) overheard: Vec<Delivery>,
+    pub(super) old: Vec<Delivery>,
     pub(super) outcome: Option<Outcome>,
     pub(super) broken: Option<String>,
     pub(super) messages: u64,
@@ -79,23 +98,6 @@ pub(super) struct World<'s, C: Checks> {
 
 /// Virtual time after which a run counts as hanging \[µs\].
 const DEADLINE_US: u64 = 120_000_000;
-pub(super) const RUN: [u8; 16] = *b"simulated run 01";
-pub(super) const EPOCH: u32 = 7;
-
-fn limits() -> Limits {
-    Limits {
-        join: Duration::from_secs(20),
-        silence_notice: Duration::from_millis(300),
-        silence: Duration::from_secs(4),
-        repeat: Duration::from_millis(10),
-        ahead: 2,
-    }
-}
-
-pub(super) fn pace() -> Pace {
-    Pace { repeat: Duration::from_millis(10), heartbeat: Duration::from_millis(50), orphaned: Duration::from_secs(30) }
-}
-
 /// Simulates a scenario. `expected` is the chain of the run without faults.
 ///
 /// # Errors
@@ -110,76 +112,95 @@ pub fn run<C: Checks + Copy>(scenario: &Scenario, checks: C, expected: Option<u1
             outcome: world.outcome.unwrap_or(Outcome::Finished),
             windows: world.settled,
             messages: world.messages,
+            resumed: world.resumed,
         }),
     }
 }
 
-pub(super) fn identity(name: &str, instance: u64) -> Identity {
-    Identity { run: RUN, name: name.to_owned(), instance, pid: 1, descriptor: descriptor() }
-}
-
 impl<'s, C: Checks + Copy> World<'s, C> {
     fn new(scenario: &'s Scenario, checks: C) -> Self {
-        let plan = scenario.plan.clone();
-        let node = |(i, p): (usize, &crate::plan::Participant)| Node {
-            machine: Participant::with_checks(identity(&p.name, 100 + i as u64 * 2), pace(), checks),
-            plugin: Toy::default(),
-            alive: true,
-            frozen: false,
-            missed: Vec::new(),
-            states: Vec::new(),
-            ending: None,
-        };
-        let nodes = plan.participants.iter().enumerate().map(node).collect();
+        let nodes = fresh_nodes(scenario, 0, 0, checks);
         Self {
             scenario,
             random: Random::new(scenario.seed ^ 0x5eed_5eed),
             now_us: 0,
             order: 0,
             queue: BTreeMap::new(),
-            coordinator: Coordinator::with_checks(RUN, EPOCH, plan, scenario.scenes.clone(), limits(), checks),
+            checks,
+            coordinator: fresh_coordinator(scenario, EPOCH, checks),
+            coordinator_alive: true,
+            disks: Disks { snapshots: vec![BTreeMap::new(); nodes.len()], ..Disks::default() },
             nodes,
             double: None,
             settled: 0,
             last_hash: 0,
+            rows: Vec::new(),
+            life: 0,
+            began_us: 0,
+            restarts: false,
+            resumed: 0,
+            crashes: 0,
+            rotten: None,
+            overheard: Vec::new(),
+            old: Vec::new(),
             outcome: None,
             broken: None,
             messages: 0,
         }
     }
 
-    /// All that a run leaves: the chain of the states, and what was drawn, which has no part in it.
+    /// All that a run leaves: the chain of the states, the ledger, and what was drawn, which has no part in the chain.
     pub(super) fn fingerprint(&self) -> u128 {
-        let drawn = self.nodes.iter().fold(0u64, |mixed, n| mixed.rotate_left(1) ^ n.plugin.drawn());
-        self.last_hash ^ u128::from(drawn)
+        let rows = xxh3_64(bytemuck::cast_slice(&self.rows));
+        self.last_hash ^ u128::from(self.pictures()) ^ (u128::from(rows) << 64)
     }
 
+    pub(super) fn epoch(&self) -> u32 {
+        EPOCH + self.life
+    }
+
+    /// Time since this life began: processes know no other.
     pub(super) fn now(&self) -> Duration {
-        Duration::from_micros(self.now_us)
+        Duration::from_micros(self.now_us - self.began_us)
     }
 
     pub(super) fn post(&mut self, delay_us: u64, delivery: Delivery) {
-        self.order += 1;
-        self.queue.insert((self.now_us + delay_us, self.order), delivery);
+        if delivery.travels() {
+            self.haunt(&delivery);
+        }
+        self.schedule(delay_us, delivery);
     }
 
-    /// Runs until everybody has left. Answers what broke on the way.
-    fn play(&mut self) -> Option<String> {
+    pub(super) fn schedule(&mut self, delay_us: u64, delivery: Delivery) {
+        self.order += 1;
+        self.queue.insert((self.now_us + delay_us, self.order), (self.life, delivery));
+    }
+
+    /// Everybody's first sign of life.
+    pub(super) fn start(&mut self) {
         for who in 0..self.nodes.len() as ParticipantId {
             let start = self.random.below(3000);
             self.post(start, Delivery::TickNode(who));
         }
         self.post(0, Delivery::TickCoordinator);
+    }
+
+    /// Runs until everybody has left. Answers what broke on the way.
+    fn play(&mut self) -> Option<String> {
+        self.start();
         self.post(self.scenario.trouble_at_us, Delivery::Trouble);
-        while let Some(((at, _), delivery)) = self.queue.pop_first() {
+        while let Some(((at, _), (life, delivery))) = self.queue.pop_first() {
             self.now_us = at;
+            if life != self.life && !delivery.travels() {
+                continue;
+            }
             self.messages += 1;
             self.deliver(delivery);
             if self.broken.is_some() {
                 return self.broken.take();
             }
             let gone = self.nodes.iter().all(|n| n.ending.is_some() || !n.alive || n.frozen);
-            if self.outcome.is_some() && gone {
+            if self.outcome.is_some() && gone && !self.restarts {
                 return None;
             }
             if self.now_us > DEADLINE_US {
@@ -202,6 +223,9 @@ impl<'s, C: Checks + Copy> World<'s, C> {
                 self.tell_coordinator(coordinator::Event::Died { who, how });
             }
             Delivery::Trouble => self.make_trouble(),
+            Delivery::Restart => self.restart(),
+            Delivery::Recorded(window, stored) if self.coordinator_alive => self.record(window, stored),
+            Delivery::Recorded(..) => {}
             Delivery::Thaw(who) => {
                 self.nodes[usize::from(who)].frozen = false;
                 for missed in std::mem::take(&mut self.nodes[usize::from(who)].missed) {
@@ -221,6 +245,7 @@ impl<'s, C: Checks + Copy> World<'s, C> {
             Delivery::Data(who, _)
             | Delivery::Resend(who, _)
             | Delivery::Computed(who, _)
+            | Delivery::Stored(who, ..)
             | Delivery::TickNode(who) => {
                 self.tell(who, delivery);
             }
@@ -239,6 +264,7 @@ impl<'s, C: Checks + Copy> World<'s, C> {
             return;
         }
         let event = match delivery {
+            Delivery::Stored(_, window, stored) => return self.store(who, window, stored),
             Delivery::Down(_, bytes) => participant::Event::Control(bytes),
             Delivery::Data(_, frame) => participant::Event::Data(frame),
             Delivery::Resend(_, bytes) => participant::Event::Resend(bytes),
@@ -259,67 +285,10 @@ impl<'s, C: Checks + Copy> World<'s, C> {
         }
     }
 
-    fn carry_out(&mut self, who: ParticipantId, actions: Vec<participant::Action>) {
-        for action in actions {
-            match action {
-                participant::Action::Declare => {}
-                participant::Action::Control(bytes) => self.send_up(who, bytes),
-                participant::Action::Publish(stream, frame) => {
-                    let readers = self.scenario.plan.streams[usize::from(stream)].to.clone();
-                    for to in readers {
-                        self.send_data(to, &frame);
-                    }
-                }
-                participant::Action::Request(to, bytes) => self.send(&bytes, move |b| Delivery::Resend(to, b)),
-                participant::Action::SetUp(scene, show) => {
-                    let node = &mut self.nodes[usize::from(who)];
-                    let answer = node.plugin.setup(&scene).map(|setup| Answer::of(&node.plugin, setup, true, &show));
-                    self.answer(who, participant::Event::SetUp(answer));
-                }
-                participant::Action::Connect(partners) => {
-                    let answer = self.nodes[usize::from(who)].plugin.connect(&partners);
-                    self.answer(who, participant::Event::Connected(answer));
-                }
-                participant::Action::Compute(job) => self.compute(who, &job),
-                participant::Action::Exit(ending) => self.nodes[usize::from(who)].ending = Some(ending),
-            }
-        }
-    }
-
-    fn answer(&mut self, who: ParticipantId, event: participant::Event) {
-        let now = self.now();
-        let actions = self.nodes[usize::from(who)].machine.on(event, now);
-        self.carry_out(who, actions);
-    }
-
-    /// Computes at once, delivers the result later; checks that all inputs were there (I1) and the grant was kept.
-    fn compute(&mut self, who: ParticipantId, job: &Job) {
-        let window = job.step.window;
-        let steps = schedule::steps(&self.scenario.plan, who, window);
-        let step = steps.iter().find(|s| s.span == job.step.span);
-        let needed = step.map_or(0, |s| s.needs.len());
-        let given = job.inputs.impulses.len()
-            + job.frames.iter().map(|f| f.bodies.len()).sum::<usize>()
-            + job.inputs.partners.iter().map(|p| 1 + usize::from(p.next.is_some())).sum::<usize>();
-        if given != needed {
-            self.broken =
-                Some(format!("participant {who} computed window {window} with {given} of {needed} inputs (I1)"));
-        }
-        if window >= self.coordinator.granted() {
-            self.broken = Some(format!("participant {who} computed window {window} before it was granted"));
-        }
-        let node = &mut self.nodes[usize::from(who)];
-        let drawn = job.frames.iter().try_for_each(|frame| node.plugin.record(frame, &mut Steady));
-        let answer = drawn.and_then(|()| node.plugin.advance(&job.step, &job.inputs, &mut Steady));
-        let answer = answer.map(|outputs| Answer::of(&node.plugin, outputs, true, &job.show));
-        if job.hash_state {
-            node.states.push(hash_of(&node.plugin));
-        }
-        let takes = 50 + self.random.below(1000);
-        self.post(takes, Delivery::Computed(who, Box::new(answer)));
-    }
-
     pub(super) fn tell_coordinator(&mut self, event: coordinator::Event) {
+        if !self.coordinator_alive {
+            return;
+        }
         let now = self.now();
         let actions = self.coordinator.on(event, now);
         for action in actions {
@@ -327,10 +296,18 @@ impl<'s, C: Checks + Copy> World<'s, C> {
                 coordinator::Action::Send(to, bytes) => self.send_down(to, &bytes),
                 coordinator::Action::Settled(record, dones) => self.check_settled(&record, &dones),
                 coordinator::Action::Started => self.check_started(),
-                coordinator::Action::Ended(outcome) => self.outcome = Some(outcome),
+                coordinator::Action::Checkpoint(checkpoint) => self.write_checkpoint(&checkpoint),
+                coordinator::Action::Ended(outcome) => self.on_ended(outcome),
                 coordinator::Action::Ready(..) | coordinator::Action::Notice(_) => {}
             }
         }
+    }
+
+    fn on_ended(&mut self, outcome: Outcome) {
+        if let (Some(_), Outcome::Stopped { windows }) = (self.scenario.checkpoint_every, &outcome) {
+            self.after_stop(*windows);
+        }
+        self.outcome = Some(outcome);
     }
 
     /// I2: every window once, in order, with what each participant really computed.
@@ -338,10 +315,18 @@ impl<'s, C: Checks + Copy> World<'s, C> {
         if record.window != self.settled {
             self.broken = Some(format!("window {} was settled after {} windows (I2)", record.window, self.settled));
         }
+        let row = xxh3_64(&postcard::to_stdvec(record).unwrap_or_default());
+        match self.rows.get(self.settled as usize) {
+            Some(before) if *before != row => {
+                self.broken = Some(format!("window {} has another row than in the life before (I5)", record.window));
+            }
+            Some(_) => {}
+            None => self.rows.push(row),
+        }
         self.settled += 1;
         self.last_hash = record.state_hash;
         for (node, done) in self.nodes.iter().zip(dones) {
-            let computed = node.states.get(record.window as usize);
+            let computed = node.states.get(&record.window);
             if done.window != record.window || computed != Some(&done.state_hash) {
                 self.broken = Some(format!("window {} was settled with another's report (I2)", record.window));
             }
@@ -356,8 +341,9 @@ impl<'s, C: Checks + Copy> World<'s, C> {
     }
 }
 
-fn hash_of(plugin: &Toy) -> u128 {
-    let mut hasher = StateHasher::default();
-    plugin.save(&mut hasher);
-    hasher.finish()
+impl Delivery {
+    /// Whether it is on the bus: what is not dies with the process.
+    fn travels(&self) -> bool {
+        matches!(self, Self::Up(..) | Self::Down(..) | Self::Data(..) | Self::Resend(..))
+    }
 }

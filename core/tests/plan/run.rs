@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use cosplat_core::plan::schedule::{MessageId, needed_at_start, published_at_start, steps};
+use cosplat_core::plan::schedule::{MessageId, needed_at_start, published_at_start, published_before, steps};
 use cosplat_core::plan::{ParticipantId, Plan};
 use cosplat_core::plugin::SolverScene;
 use cosplat_core::scene::{Scene, Scheme};
@@ -65,6 +65,20 @@ fn check_needs(plan: &Plan) {
     }
 }
 
+/// Whoever takes up the run at the start of any window finds all it needs: published before, or given from there on.
+fn check_resume(plan: &Plan) {
+    for window in 0..10 {
+        let later = |who| (window..window + 4).flat_map(move |w| steps(plan, who, w));
+        let mut there: BTreeSet<MessageId> = everybody(plan).flat_map(|who| later(who).flat_map(|s| s.gives)).collect();
+        for id in everybody(plan).flat_map(|who| published_before(plan, who, window)) {
+            assert!(there.insert(id), "{id:?} is given in window {window} or later");
+        }
+        for need in everybody(plan).flat_map(|who| later(who).flat_map(|s| s.needs)) {
+            assert!(there.contains(&need.message), "{:?} is lost when the run is resumed at {window}", need.message);
+        }
+    }
+}
+
 /// Runs the schedule in the order that `prefer` gives to those who can; panics where nobody can.
 fn check_run(plan: &Plan, mut prefer: impl FnMut(usize) -> usize) {
     let mut there: BTreeSet<MessageId> = everybody(plan).flat_map(|who| published_at_start(plan, who)).collect();
@@ -92,6 +106,7 @@ fn check_run(plan: &Plan, mut prefer: impl FnMut(usize) -> usize) {
 
 fn check(plan: &Plan) {
     check_needs(plan);
+    check_resume(plan);
     check_run(plan, |_| 0);
     check_run(plan, |able| able - 1);
 }

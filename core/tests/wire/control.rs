@@ -1,7 +1,7 @@
 //! Control messages: what is not whole is refused.
 
 use cosplat_core::control::{
-    AssetInfo, ControlError, Done, Down, Envelope, PROTOCOL, Progress, Resend, Up, decode, encode, protocol_of,
+    AssetInfo, ControlError, Done, Down, Envelope, PROTOCOL, Progress, Resend, Save, Up, decode, encode, protocol_of,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -54,7 +54,7 @@ proptest! {
     }
 
     #[test]
-    fn random_bytes_with_a_right_checksum_are_no_panic(bytes in vec(any::<u8>(), 0..300), tag in 0..9_u8) {
+    fn random_bytes_with_a_right_checksum_are_no_panic(bytes in vec(any::<u8>(), 0..300), tag in 0..10_u8) {
         // As they are, and behind the beginning of a message of every kind.
         let head = &encode(&envelope(()))[..];
         let head = &head[..head.len() - 8];
@@ -80,7 +80,8 @@ fn messages() -> Vec<Vec<u8>> {
         Up::Hello { name: text(), pid: 7, protocol: [1, 1], descriptor: "{}".to_owned() },
         Up::Fetch { asset: 3, chunk: 70_000 },
         Up::Ready(Box::default()),
-        Up::Probed { streams: vec![1, 2, 300] },
+        Up::Probed { streams: vec![1, 2, 300], restored: Some(u128::MAX) },
+        Up::Saved { window: 70_000, problem: Some(text()) },
         Up::Done(Box::default()),
         Up::Heartbeat(Progress { window: 9, substep: 1, substeps: 20, waiting_for: Some(4) }),
         Up::Failed { kind: cosplat_core::control::FailureKind::Physics, message: text() },
@@ -92,12 +93,13 @@ fn messages() -> Vec<Vec<u8>> {
             plan: "{}".to_owned(),
             scene: "{}".to_owned(),
             assets: vec![AssetInfo { name: text(), bytes: 1 << 40, hash: u64::MAX }],
+            from: 9,
         },
         Down::Chunk { asset: 3, chunk: 70_000, bytes: vec![0, 255, 7] },
         Down::Refused { reason: text() },
         Down::Probe,
         Down::Start,
-        Down::Grant { until: 3, committed: 1 },
+        Down::Grant { until: 3, committed: 1, save: Some(Save { at: 300, keep: Some(7) }) },
         Down::Finish,
         Down::Abort { reason: text() },
     ];
@@ -127,8 +129,9 @@ fn a_message_that_goes_on_is_refused() {
 
 #[test]
 fn a_list_that_claims_to_be_huge_is_refused() {
-    let empty = encode(&envelope(Up::Probed { streams: Vec::new() }));
-    let head = &empty[..empty.len() - 9];
+    let empty = encode(&envelope(Up::Probed { streams: Vec::new(), restored: None }));
+    // Without the length of the list, what follows it, and the checksum.
+    let head = &empty[..empty.len() - 10];
     for length in [1_u64, 1000, u64::from(u32::MAX), u64::MAX / 2, u64::MAX] {
         let mut body = head.to_vec();
         let mut left = length;

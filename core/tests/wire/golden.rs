@@ -11,7 +11,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use cosplat_core::boundary::Wrench;
-use cosplat_core::control::{self, Done, Down, Envelope, PROTOCOL, Times, Up};
+use cosplat_core::control::{self, Done, Down, Envelope, PROTOCOL, Save, Times, Up};
 use cosplat_core::plan::Content;
 use cosplat_core::plugin::{BodyState, Energy, InterfaceReport, Report};
 use cosplat_core::wire::{self, HEADER_BYTES, Header, Message};
@@ -77,7 +77,7 @@ fn done() -> Envelope<Up> {
 }
 
 fn grant() -> Envelope<Down> {
-    envelope(Down::Grant { until: 302, committed: 300 })
+    envelope(Down::Grant { until: 302, committed: 300, save: Some(Save { at: 310, keep: Some(290) }) })
 }
 
 fn probe() -> Vec<u8> {

@@ -15,6 +15,7 @@ use std::process::{self, ExitCode};
 use std::thread;
 use std::time::Duration;
 
+use cosplat_core::control::FIRST_EPOCH;
 use cosplat_core::participant::{Ending, Identity, Pace};
 use cosplat_core::plugin::Plugin;
 use rustix::process::{Signal, getppid, set_parent_process_death_signal};
@@ -114,6 +115,7 @@ fn serve_with(
     }
     let identity = Identity {
         run: ticket.run_id()?,
+        epoch: FIRST_EPOCH,
         name: ticket.name.clone(),
         instance: new_instance()?,
         pid: process::id(),
