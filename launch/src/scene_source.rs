@@ -15,11 +15,12 @@ use crate::render::{Paint, problem_of};
 pub(crate) const DEFAULT: &str = "plant-and-rock";
 
 /// Scenes inside this program, by name.
-const BUILT_IN: [(&str, &str); 5] = [
+const BUILT_IN: [(&str, &str); 6] = [
     ("ball-on-block", include_str!("../scenes/ball-on-block.toml")),
     ("dam-and-raft", include_str!("../scenes/dam-and-raft.toml")),
     ("oscillator", include_str!("../scenes/oscillator.toml")),
     ("plant-and-rock", include_str!("../scenes/plant-and-rock.toml")),
+    ("silk-over-rock", include_str!("../scenes/silk-over-rock.toml")),
     ("two-tops", include_str!("../scenes/two-tops.toml")),
 ];
 

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use cosplat_core::asset::Asset;
 use cosplat_core::plan::Refusal;
 use cosplat_core::plugin::SolverScene;
-use cosplat_core::scene::{Body, Pose, Scene, Source, StaticCollider};
+use cosplat_core::scene::{Body, Material, Pose, Scene, Source, StaticCollider};
 use cosplat_core::visual::VisualForm;
 use cosplat_splat::bind::Frame;
 use cosplat_viewer::Camera;
@@ -139,6 +139,7 @@ impl Maker<'_> {
         let is_rigid = visual == Some(VisualForm::Pose);
         match &body.source {
             Source::Splat { .. } => self.capture(body),
+            Source::Mesh { .. } if matches!(body.material, Material::Cloth { .. }) => self.sheet(body, colour),
             Source::Mesh { .. } if is_rigid => self.rigid_mesh(&body.source, body.spacing_m, colour),
             Source::Mesh { .. } => self.filled_mesh(body, colour),
             _ if !self.draws || visual.is_none() => Ok(Made { asset: None, look: None, notes: Vec::new() }),

@@ -27,6 +27,14 @@ impl Maker<'_> {
         Ok(Made { asset: Some(Asset::Mesh(prepared.mesh)), look, notes: vec![prepared.report.to_string()] })
     }
 
+    /// A mesh whose vertices are what moves: cloth.
+    pub(super) fn sheet(&self, body: &Body, colour: [f64; 3]) -> Result<Made, String> {
+        let prepared = self.mesh(&body.source)?;
+        let vertices = prepared.mesh.vertices_m.len().max(1) as f64;
+        let look = self.draws.then(|| Look::Dots((prepared.report.area_m2 / vertices).sqrt(), colour));
+        Ok(Made { asset: Some(Asset::Mesh(prepared.mesh)), look, notes: vec![prepared.report.to_string()] })
+    }
+
     /// A mesh full of particles.
     pub(super) fn filled_mesh(&self, body: &Body, colour: [f64; 3]) -> Result<Made, String> {
         let prepared = self.mesh(&body.source)?;

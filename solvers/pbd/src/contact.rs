@@ -1,0 +1,186 @@
+//! Contact of single vertices with walls, rigid partners and samples, with Coulomb friction.
+//!
+//! A place may approach no faster than closes its gap within the substep; the impulse for that at the inverse mass of
+//! both sides is the normal impulse, and friction is at most its share of it. Impulses of one substep are summed per
+//! place while all places are solved in turn, so that they end up inside the cone whatever the order.
+
+use cosplat_core::boundary::{Vec3, add, dot, norm, scale, sub};
+use nalgebra::{Matrix3, Vector3};
+
+use crate::proxy::Proxy;
+use crate::samples::Swarm;
+use crate::tally::Tally;
+use crate::vertex::Vertex;
+
+/// Share of an overlap that is undone in a substep, and the speed at which at most \[m/s\].
+const GIVEN_BACK: f64 = 0.1;
+const FASTEST: f64 = 0.5;
+
+/// Gap up to which a surface that sticks takes hold \[m\].
+pub(crate) const HOLDS: f64 = 1e-6;
+
+/// What a surface does to what touches it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Surface {
+    /// Holds on in every direction.
+    Stick,
+    /// Static and kinetic friction; may separate.
+    Coulomb(f64, f64),
+}
+
+/// Other side of a contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Cause {
+    /// A static collider.
+    Wall,
+    /// A rigid partner.
+    Proxy(usize),
+    /// A sample of a partner.
+    Sample(usize, u32),
+}
+
+/// A vertex in reach of something.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Touch {
+    pub(crate) vertex: u32,
+    pub(crate) cause: Cause,
+    /// Outward from the other side.
+    pub(crate) normal: Vec3,
+    /// Distance of the surfaces at the start of the substep \[m\].
+    pub(crate) gap: f64,
+    pub(crate) surface: Surface,
+    /// Impulse on the vertex so far \[N s\]: along the normal, and across.
+    pressed: f64,
+    rubbed: Vec3,
+}
+
+impl Touch {
+    /// Without an impulse.
+    pub(crate) fn new(vertex: u32, cause: Cause, normal: Vec3, gap: f64, surface: Surface) -> Self {
+        Self { vertex, cause, normal, gap, surface, pressed: 0.0, rubbed: [0.0; 3] }
+    }
+
+    /// Least speed away from the other side \[m/s\].
+    fn least(&self, h: f64) -> f64 {
+        if self.gap > 0.0 { -self.gap / h } else { (-self.gap * GIVEN_BACK / h).min(FASTEST) }
+    }
+
+    /// Impulse that is missing, for a velocity relative to the other side and the velocity per impulse \[1/kg\].
+    fn missing(&mut self, velocity: Vec3, mobility: &Mobility, h: f64) -> Vec3 {
+        let n = self.normal;
+        let holds = self.surface == Surface::Stick && self.gap <= HOLDS;
+        let along = mobility.along(n);
+        if along <= 0.0 {
+            return [0.0; 3];
+        }
+        let wanted = self.pressed + (self.least(h) - dot(velocity, n)) / along;
+        let pressed = if holds { wanted } else { wanted.max(0.0) };
+        let push = scale(n, pressed - self.pressed);
+        self.pressed = pressed;
+        let velocity = add(velocity, mobility.times(push));
+        let across = sub(velocity, scale(n, dot(velocity, n)));
+        let speed = norm(across);
+        let mut rubbed = self.rubbed;
+        if speed > 0.0 {
+            let along = mobility.along(scale(across, 1.0 / speed));
+            rubbed = sub(rubbed, scale(across, 1.0 / along));
+        }
+        if let (Surface::Coulomb(fixed, sliding), false) = (self.surface, holds) {
+            let size = norm(rubbed);
+            if size > fixed * pressed {
+                rubbed = scale(rubbed, sliding.min(fixed) * pressed / size);
+            }
+        }
+        let rub = sub(rubbed, self.rubbed);
+        self.rubbed = rubbed;
+        add(push, rub)
+    }
+}
+
+/// Velocity per impulse between the two sides \[1/kg\].
+#[derive(Clone, Copy, Debug)]
+enum Mobility {
+    /// The same in every direction.
+    Round(f64),
+    /// Of a rigid body.
+    Full(Matrix3<f64>),
+}
+
+impl Mobility {
+    fn times(&self, j: Vec3) -> Vec3 {
+        match self {
+            Self::Round(w) => scale(j, *w),
+            Self::Full(m) => (m * Vector3::from(j)).into(),
+        }
+    }
+
+    fn along(&self, direction: Vec3) -> f64 {
+        dot(direction, self.times(direction))
+    }
+}
+
+/// Solves the walls that one vertex touches; the only collider there is.
+pub(crate) fn at_walls(vertex: &mut Vertex, touches: &mut [Touch], h: f64, tally: &mut Tally) {
+    // One wall is exact at once; a corner settles in a few turns.
+    let turns = if touches.len() == 1 { 1 } else { 4 };
+    for _ in 0..turns {
+        for touch in touches.iter_mut() {
+            let missing = touch.missing(vertex.u, &Mobility::Round(vertex.w), h);
+            tally.give(vertex, missing);
+        }
+    }
+}
+
+/// The other sides of contact in one substep.
+pub(crate) struct Others<'s, 'a> {
+    pub(crate) proxies: &'s mut [Proxy],
+    pub(crate) swarms: &'s mut [Swarm<'a>],
+    /// Effect of each swarm on its own body.
+    pub(crate) on_own: &'s mut [Tally],
+    /// Of walls, and of the world on vertices fixed to it.
+    pub(crate) external: &'s mut Tally,
+}
+
+/// Solves all touches in turn, so often.
+pub(crate) fn settle(
+    vertices: &mut [Vertex],
+    owner: &[u32],
+    touches: &mut [Touch],
+    others: &mut Others,
+    (turns, h): (u32, f64),
+) {
+    for _ in 0..turns {
+        for touch in touches.iter_mut() {
+            let vertex = &mut vertices[touch.vertex as usize];
+            let body = owner[touch.vertex as usize] as usize;
+            let (other, mobility) = match touch.cause {
+                Cause::Wall => ([0.0; 3], Mobility::Round(vertex.w)),
+                Cause::Proxy(p) => {
+                    let proxy = &others.proxies[p];
+                    let full = proxy.mobility(vertex.x) + Matrix3::identity() * vertex.w;
+                    (proxy.velocity(vertex.x), Mobility::Full(full))
+                }
+                Cause::Sample(s, i) => {
+                    let swarm = &others.swarms[s];
+                    (swarm.velocity(i), Mobility::Round(vertex.w + swarm.inverse(i)))
+                }
+            };
+            let impulse = touch.missing(sub(vertex.u, other), &mobility, h);
+            let tally = match touch.cause {
+                Cause::Wall => &mut *others.external,
+                Cause::Proxy(p) => {
+                    others.proxies[p].take(body, vertex.x, scale(impulse, -1.0));
+                    &mut others.proxies[p].on_own[body]
+                }
+                Cause::Sample(s, i) => {
+                    others.swarms[s].take(i, scale(impulse, -1.0));
+                    &mut others.on_own[s]
+                }
+            };
+            tally.give(vertex, impulse);
+            if vertex.w <= 0.0 {
+                others.external.book(vertex.x, scale(impulse, -1.0), [0.0; 3]);
+            }
+        }
+    }
+}

@@ -1,0 +1,294 @@
+//! The plugin contract around the simulation.
+
+use cosplat_core::boundary::{BoundaryState, Impulses, Vec3, norm, sub};
+use cosplat_core::plan::BoundaryForm;
+use cosplat_core::plugin::{
+    BoundaryOutput, Descriptor, Inputs, InterfaceReport, InterfaceRole, Outputs, PartnerSetup, Plugin, PluginError,
+    Pulse, Refusals, Report, Setup, SetupBoundary, SolverScene, StateReader, StateSink, Step,
+};
+use cosplat_core::visual::{VisualForm, VisualState};
+
+use crate::model::{Model, Part};
+use crate::params::schema;
+use crate::proxy::Proxy;
+use crate::push::Influence;
+use crate::read::read;
+use crate::samples::{Marks, Swarm};
+use crate::sim::{Books, COURANT, Course, Kick, Meeting};
+
+/// The cloth solver.
+#[derive(Debug, Default)]
+pub struct Pbd {
+    run: Option<Run>,
+}
+
+#[derive(Debug)]
+struct Run {
+    model: Model,
+    /// Constants of the samples of each interface that shows some.
+    marks: Vec<Marks>,
+    dissipated: f64,
+    /// Last velocity of the stand-in of each rigid partner.
+    foreseen: Vec<Option<Vec3>>,
+    pool: Option<rayon::ThreadPool>,
+}
+
+impl Plugin for Pbd {
+    fn describe(&self) -> Descriptor {
+        let summary = "Cloth: extended position-based dynamics in small substeps, double precision";
+        let features = ["statics", "gravity", "acceleration-field", "point-force", "impulse", "wind"];
+        Descriptor {
+            body_kinds: ["plane", "mesh"].map(String::from).into(),
+            materials: vec!["cloth".into()],
+            roles: vec![InterfaceRole::ResolveProxy, InterfaceRole::ResolveSamples, InterfaceRole::Respond],
+            boundary: BoundaryForm::SamplesF64 { normals: true },
+            visual: Some(VisualForm::Particles { gradients: false }),
+            features: features.map(String::from).into(),
+            params_schema: schema(),
+            ..Descriptor::new("pbd", env!("CARGO_PKG_VERSION"), summary)
+        }
+    }
+
+    fn setup(&mut self, scene: &SolverScene) -> Result<Setup, PluginError> {
+        let model = read(&self.describe(), scene)?;
+        let pool = (model.threads > 1)
+            .then(|| rayon::ThreadPoolBuilder::new().num_threads(model.threads).build())
+            .transpose()
+            .map_err(|e| PluginError::Environment(format!("{} threads: {e}", model.threads)))?;
+        let foreseen = vec![None; model.sim.setting.partners.len()];
+        let marks = vec![Marks::default(); model.faces.len()];
+        let run = Run { model, marks, dissipated: 0.0, foreseen, pool };
+        let setup = run.setup();
+        self.run = Some(run);
+        Ok(setup)
+    }
+
+    fn connect(&mut self, partners: &[PartnerSetup]) -> Result<(), PluginError> {
+        let Some(run) = &mut self.run else { return Ok(()) };
+        for (face, marks) in run.model.faces.iter().zip(&mut run.marks) {
+            if !matches!(face.part, Part::Samples(_)) {
+                continue;
+            }
+            let found = partners.iter().find(|p| p.interface == face.id);
+            *marks = found
+                .and_then(|p| Marks::new(&p.statics))
+                .ok_or_else(|| refused(&format!("samples of `{}` that are not there or have no mass", face.partner)))?;
+        }
+        Ok(())
+    }
+
+    fn advance(&mut self, step: &Step, inputs: &Inputs, pulse: &mut dyn Pulse) -> Result<Outputs, PluginError> {
+        let run = self.run.as_mut().ok_or_else(not_set_up)?;
+        let (proxies, residuals) = run.proxies(inputs)?;
+        let kicks = run.kicks(inputs)?;
+        let (swarms, meetings) = swarms(&run.model, &run.marks, inputs, step.length_s)?;
+        let before: f64 = run.model.mechanical().iter().sum();
+        let has_wind = run.model.sim.setting.actions.iter().any(|a| matches!(a.influence, Influence::Wind(..)));
+        let normals = if has_wind { run.model.all_normals() } else { Vec::new() };
+        let (start, length, books) = (step.start_s, step.length_s, Books::default());
+        let mut course = Course { start, length, proxies, swarms, meetings, kicks, normals, books };
+        run.model.sim.run(&mut course, run.pool.as_ref(), pulse)?;
+        for (foreseen, proxy) in run.foreseen.iter_mut().zip(&course.proxies) {
+            *foreseen = Some(proxy.twist()[0]);
+        }
+        let given: f64 = course.books.driven.work
+            + course.books.kicks.iter().chain(&course.books.swarms).map(|t| t.work).sum::<f64>()
+            + course.proxies.iter().flat_map(|p| &p.on_own).map(|t| t.work).sum::<f64>();
+        run.dissipated += before + given - run.model.mechanical().iter().sum::<f64>();
+        Ok(outputs(&run.model, &course, &residuals, run.dissipated))
+    }
+
+    fn visual(&self, body: &str) -> Option<VisualState> {
+        let model = &self.run.as_ref()?.model;
+        let cloth = model.cloths.iter().find(|c| c.name == body)?;
+        let position = cloth.order().map(|i| model.sim.vertices[i].x).collect();
+        Some(VisualState::Particles { position, gradient: Vec::new() })
+    }
+
+    fn save(&self, sink: &mut dyn StateSink) {
+        let Some(run) = &self.run else { return };
+        sink.u64(run.model.sim.vertices.len() as u64);
+        for vertex in &run.model.sim.vertices {
+            sink.vec3(vertex.x);
+            sink.vec3(vertex.u);
+        }
+        sink.f64(run.dissipated);
+        for foreseen in &run.foreseen {
+            sink.u64(u64::from(foreseen.is_some()));
+            sink.vec3(foreseen.unwrap_or_default());
+        }
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), PluginError> {
+        let run = self.run.as_mut().ok_or_else(not_set_up)?;
+        let mut reader = StateReader::new(state);
+        let (found, expected) = (reader.u64()?, run.model.sim.vertices.len() as u64);
+        if found != expected {
+            return Err(cosplat_core::plugin::StateError::Count { what: "vertices", found, expected }.into());
+        }
+        let mut places = Vec::with_capacity(run.model.sim.vertices.len());
+        for _ in 0..expected {
+            places.push([reader.vec3()?, reader.vec3()?]);
+        }
+        let dissipated = reader.f64()?;
+        let mut foreseen = Vec::new();
+        for _ in &run.foreseen {
+            let known = reader.u64()? != 0;
+            let velocity = reader.vec3()?;
+            foreseen.push(known.then_some(velocity));
+        }
+        reader.end()?;
+        for (vertex, [x, u]) in run.model.sim.vertices.iter_mut().zip(places) {
+            (vertex.x, vertex.u) = (x, u);
+        }
+        (run.dissipated, run.foreseen) = (dissipated, foreseen);
+        Ok(())
+    }
+}
+
+fn outputs(model: &Model, course: &Course, residuals: &[f64], dissipated: f64) -> Outputs {
+    let books = &course.books;
+    let (mut impulses, mut interfaces, mut swarm) = (Vec::new(), Vec::new(), 0);
+    for (index, face) in model.faces.iter().enumerate() {
+        let mut row = InterfaceReport { interface: face.id, ..InterfaceReport::default() };
+        match face.part {
+            Part::Proxy(p) => {
+                let proxy = &course.proxies[p];
+                row = proxy.on_own[face.body].report(face.id, residuals[p]);
+                impulses.push((face.id, Impulses::Rigid(proxy.on_partner[face.body])));
+            }
+            Part::Samples(_) => {
+                row = books.swarms[swarm].report(face.id, 0.0);
+                impulses.push((face.id, Impulses::Samples(course.swarms[swarm].impulse.clone())));
+                swarm += 1;
+            }
+            Part::Respond => {
+                if let Some(k) = course.kicks.iter().position(|k| k.face == index) {
+                    row = books.kicks[k].report(face.id, 0.0);
+                }
+            }
+        }
+        interfaces.push(row);
+    }
+    let shown = model.cloths.iter().filter(|c| c.coupled);
+    let report = Report {
+        substeps: books.substeps,
+        substep_bound_by: model.bound(books.bound_by_speed),
+        bodies: model.cloths.iter().map(|c| model.state(c)).collect(),
+        external: books.driven.wrench.plus(books.held.wrench),
+        energy: model.energy(course.start + course.length, dissipated),
+        interfaces,
+        counters: [("contacts".to_owned(), books.touches)].into(),
+    };
+    let boundaries = shown.map(|c| BoundaryOutput { body: c.name.clone(), state: model.samples(c) }).collect();
+    Outputs { boundaries, impulses, report }
+}
+
+impl Model {
+    /// The term that binds a substep.
+    fn bound(&self, by_speed: bool) -> String {
+        let setting = &self.sim.setting;
+        if by_speed {
+            format!("speed: {COURANT} of the shortest edge, {:.3e} m", setting.shortest)
+        } else {
+            format!("max_substep_s: {:.3e} s", setting.longest)
+        }
+    }
+}
+
+impl Run {
+    fn setup(&self) -> Setup {
+        let model = &self.model;
+        let shown = model.cloths.iter().filter(|c| c.coupled);
+        let boundaries =
+            shown.map(|c| SetupBoundary { body: c.name.clone(), statics: model.statics(c), state: model.samples(c) });
+        let rows = model.faces.iter().map(|f| InterfaceReport { interface: f.id, ..InterfaceReport::default() });
+        let report = Report {
+            substep_bound_by: model.bound(false),
+            bodies: model.cloths.iter().map(|c| model.state(c)).collect(),
+            energy: model.energy(0.0, 0.0),
+            interfaces: rows.collect(),
+            ..Report::default()
+        };
+        Setup {
+            boundaries: boundaries.collect(),
+            report,
+            stable_dt: (!model.cloths.is_empty()).then(|| (model.sim.setting.longest, model.bound(false))),
+            particles: model.cloths.iter().map(|c| c.places.len() as u64).collect(),
+            left_out: model.left_out.clone(),
+        }
+    }
+
+    /// Stand-ins of all rigid partners, and the speed by which each partner differs from what was foreseen.
+    fn proxies(&self, inputs: &Inputs) -> Result<(Vec<Proxy>, Vec<f64>), PluginError> {
+        let (mut proxies, mut residuals) = (Vec::new(), Vec::new());
+        for (index, partner) in self.model.sim.setting.partners.iter().enumerate() {
+            let faces = self.model.faces.iter().filter(|f| f.part == Part::Proxy(index));
+            let mut found = None;
+            for face in faces {
+                let Some(BoundaryState::Proxy(record)) = inputs.partner(face.id).map(|input| &input.now) else {
+                    return Err(refused(&format!("a step without the record of `{}`", partner.name)));
+                };
+                if !Proxy::is_sound(record) {
+                    return Err(PluginError::Physics(format!("the record of `{}` is not finite", partner.name)));
+                }
+                found = found.or(Some(record));
+            }
+            let Some(record) = found else { continue };
+            residuals.push(self.foreseen[index].map_or(0.0, |v| norm(sub(record.linear_velocity, v))));
+            proxies.push(Proxy::new(record, self.model.cloths.len()));
+        }
+        Ok((proxies, residuals))
+    }
+
+    fn kicks(&self, inputs: &Inputs) -> Result<Vec<Kick>, PluginError> {
+        let mut kicks = Vec::new();
+        for (index, face) in self.model.faces.iter().enumerate().filter(|(_, f)| f.part == Part::Respond) {
+            let Some(input) = inputs.impulse(face.id) else { continue };
+            let cloth = &self.model.cloths[face.body];
+            let each = input.on_points(&cloth.name, &face.partner, cloth.places.len())?;
+            let mut impulse = vec![[0.0; 3]; self.model.sim.vertices.len()];
+            cloth.order().zip(each).for_each(|(i, &j)| impulse[i] = j);
+            kicks.push(Kick { face: index, impulse, spread: input.spread });
+        }
+        let known = |id| self.model.faces.iter().any(|f| f.id == id && f.part == Part::Respond);
+        if let Some(input) = inputs.impulses.iter().find(|i| !known(i.interface)) {
+            return Err(refused(&format!("impulses at interface {}", input.interface)));
+        }
+        Ok(kicks)
+    }
+}
+
+/// Partners' samples, and which of them each vertex can meet in `length` \[s\].
+fn swarms<'a>(
+    model: &Model,
+    marks: &'a [Marks],
+    inputs: &'a Inputs,
+    length: f64,
+) -> Result<(Vec<Swarm<'a>>, Vec<Meeting>), PluginError> {
+    let (mut swarms, mut meetings) = (Vec::new(), Vec::new());
+    for (face, marks) in model.faces.iter().zip(marks) {
+        let Part::Samples(surface) = face.part else { continue };
+        let missing = || refused(&format!("a step without the boundary of `{}`", face.partner));
+        let input = inputs.partner(face.id).ok_or_else(missing)?;
+        let samples = input.samples(&face.partner, marks.len())?;
+        if samples.normal.len() != marks.len() {
+            return Err(refused(&format!("samples of `{}` without normals", face.partner)));
+        }
+        let theirs = samples.velocity.iter().map(|&v| norm(v)).fold(0.0, f64::max);
+        let reach = (theirs + model.sim.fastest()) * length + model.sim.setting.thickness;
+        let vertices = model.sim.vertices.iter().zip(&model.sim.owner);
+        let own = vertices.map(|(v, &body)| (body as usize == face.body).then_some(v.x));
+        swarms.push(Swarm::new(marks, samples, input, own, reach));
+        meetings.push(Meeting { body: face.body, surface });
+    }
+    Ok((swarms, meetings))
+}
+
+fn refused(what: &str) -> PluginError {
+    Refusals::one("pbd", what)
+}
+
+fn not_set_up() -> PluginError {
+    PluginError::Contract("the cloth solver is asked to advance before it has a scene".into())
+}

@@ -1,0 +1,278 @@
+//! From a solver's part of a scene to a [`Model`], with every feature that is missing refused by name.
+
+use cosplat_core::boundary::{Vec3, norm, scale, sub};
+use cosplat_core::plan::LeftOut;
+use cosplat_core::plugin::{Descriptor, PluginError, Refusals, SolverScene};
+use cosplat_core::scene::{ActionKind, Body, ContactLaw, Material, PairSpec, Source};
+
+use crate::bend::{Hinge, angle};
+use crate::contact::Surface;
+use crate::model::{Cloth, Model};
+use crate::params::Params;
+use crate::push::{Action, Influence};
+use crate::sheet::Sheet;
+use crate::sim::{Setting, Sim};
+use crate::stretch::Edge;
+use crate::vertex::{Phases, Vertex, block_size};
+
+/// Squares along the longer side of a sheet without a spacing.
+const SQUARES: f64 = 50.0;
+
+/// A scene on its way to a model.
+pub(crate) struct Reader<'a> {
+    pub(crate) scene: &'a SolverScene,
+    pub(crate) params: Params,
+    pub(crate) refused: Refusals,
+    /// Typical spacing of the cloths \[m\].
+    pub(crate) spacing: f64,
+}
+
+/// Vertices and constraints of all bodies.
+#[derive(Default)]
+struct Parts {
+    cloths: Vec<Cloth>,
+    vertices: Vec<Vertex>,
+    owner: Vec<u32>,
+    area: Vec<f64>,
+    edges: Vec<Edge>,
+    hinges: Vec<Hinge>,
+    masses: Vec<f64>,
+    shortest: f64,
+}
+
+/// Reads a scene.
+pub(crate) fn read(plugin: &Descriptor, scene: &SolverScene) -> Result<Model, PluginError> {
+    let mut refused = Refusals::undeclared(plugin, scene);
+    let params = Params::read(&scene.params).map_err(|wrong| {
+        for what in &wrong {
+            refused.push(what);
+        }
+        refused.clone().finish().err().unwrap_or(PluginError::Aborted)
+    })?;
+    let mut reader = Reader { scene, params, refused, spacing: 0.01 };
+    let mut parts = Parts { shortest: f64::INFINITY, ..Parts::default() };
+    for body in &scene.bodies {
+        reader.body(body, &mut parts);
+    }
+    let unknown: Vec<&String> =
+        reader.params.pins.keys().filter(|name| !scene.bodies.iter().any(|b| b.name == **name)).collect();
+    // A process that was left without any body has nothing to be wrong about.
+    let unknown = if scene.bodies.is_empty() { Vec::new() } else { unknown };
+    for name in unknown {
+        reader.refused.push(format!("pins of a body it does not have (`{name}`)"));
+    }
+    if parts.shortest.is_finite() {
+        reader.spacing = parts.shortest;
+    }
+    let walls = scene.statics.iter().filter_map(|s| reader.wall(s)).collect();
+    let (faces, partners) = reader.interfaces();
+    let actions = reader.actions(&parts.masses);
+    let left_out = reader.left_out();
+    reader.refused.finish()?;
+    let params = reader.params;
+    let fixed: Vec<bool> = parts.vertices.iter().map(|v| v.w <= 0.0).collect();
+    let size = block_size(&parts.hinges).max(block_size(&parts.edges));
+    let setting = Setting {
+        actions,
+        walls,
+        partners,
+        bodies: scene.bodies.len(),
+        thickness: params.thickness,
+        iterations: params.iterations,
+        relaxed: params.relaxed,
+        longest: params.longest,
+        shortest: parts.shortest,
+        damping: params.damping,
+        turns: params.turns,
+        parallel: scene.threads > 1 && fixed.len() > size,
+    };
+    let start = parts.vertices.iter().map(|v| v.x).collect();
+    let sim = Sim {
+        edges: Phases::new(&parts.edges, &fixed, size),
+        hinges: Phases::new(&parts.hinges, &fixed, size),
+        vertices: parts.vertices,
+        owner: parts.owner,
+        area: parts.area,
+        size,
+        setting,
+    };
+    Ok(Model { cloths: parts.cloths, faces, sim, start, left_out, threads: scene.threads })
+}
+
+impl Reader<'_> {
+    fn body(&mut self, body: &Body, parts: &mut Parts) {
+        let name = &body.name;
+        let from = parts.vertices.len();
+        let index = parts.cloths.len() as u32;
+        let sheet = match self.sheet(body) {
+            Ok(sheet) => sheet,
+            Err(why) => {
+                self.refused.push(format!("{why} (body `{name}`)"));
+                Sheet::default()
+            }
+        };
+        let Material::Cloth {
+            areal_density_kg_m2,
+            stretch_compliance_m_n,
+            bending_compliance_rad_n,
+            stretch_relaxation,
+            bending_relaxation,
+            ..
+        } = body.material
+        else {
+            return;
+        };
+        let density = body.mass_kg.map_or(areal_density_kg_m2, |mass| mass / sheet.area().max(f64::MIN_POSITIVE));
+        let compliances = [stretch_compliance_m_n, bending_compliance_rad_n];
+        let sound = density.is_finite() && density > 0.0 && compliances.iter().all(|c| c.is_finite() && *c >= 0.0);
+        if !sound {
+            self.refused.push(format!("bodies without a positive mass per area and compliances (body `{name}`)"));
+        }
+        let places = sheet.places();
+        let x: Vec<Vec3> = sheet.points.iter().map(|&p| body.pose.apply(p)).collect();
+        let weighted =
+            x.iter().zip(&sheet.areas).fold([0.0; 3], |sum, (&x, &a)| cosplat_core::boundary::add(sum, scale(x, a)));
+        let centre = scale(weighted, 1.0 / sheet.area().max(f64::MIN_POSITIVE));
+        let fixed = self.pinned(name, &x, 0.5 * sheet.spacing);
+        parts.vertices.resize(from + x.len(), Vertex::default());
+        parts.area.resize(from + x.len(), 0.0);
+        parts.owner.resize(from + x.len(), index);
+        for (i, &place) in places.iter().enumerate() {
+            let (at, mass) = (from + place as usize, density * sheet.areas[i]);
+            let u = if fixed[i] { [0.0; 3] } else { body.velocity.at(x[i], centre) };
+            parts.vertices[at] = Vertex { x: x[i], u, w: if fixed[i] { 0.0 } else { 1.0 / mass }, mass };
+            parts.area[at] = sheet.areas[i];
+        }
+        let at = |i: u32| (from + places[i as usize] as usize) as u32;
+        for &(ends, is_diagonal) in &sheet.edges {
+            let rest = norm(sub(sheet.points[ends[0] as usize], sheet.points[ends[1] as usize]));
+            let shear = self.params.shear.filter(|_| is_diagonal);
+            let compliance = shear.unwrap_or(stretch_compliance_m_n);
+            parts.edges.push(Edge::new(ends.map(at), rest, compliance, stretch_relaxation));
+            parts.shortest = parts.shortest.min(rest);
+        }
+        for &ends in &sheet.hinges {
+            let found = angle(ends.map(|i| sheet.points[i as usize]));
+            // The published method knows flat rest states only.
+            let rest = if self.params.relaxed { 0.0 } else { found.map_or(0.0, |(theta, _)| theta) };
+            parts.hinges.push(Hinge::new(ends.map(at), rest, bending_compliance_rad_n, bending_relaxation));
+        }
+        parts.masses.push(density * sheet.area());
+        let range = from..parts.vertices.len();
+        if !parts.vertices[range.clone()].iter().all(|v| v.x.iter().chain(&v.u).all(|c| c.is_finite())) {
+            self.refused.push(format!("positions or velocities that are not finite (body `{name}`)"));
+        }
+        let coupled = self.scene.is_coupled(name);
+        parts.cloths.push(Cloth { name: name.clone(), range, places, triangles: sheet.triangles, coupled });
+    }
+
+    fn sheet(&self, body: &Body) -> Result<Sheet, String> {
+        match &body.source {
+            Source::Plane { size_m: Some(size) } => {
+                let spacing = body.spacing_m.unwrap_or(size[0].max(size[1]) / SQUARES);
+                let sound = |v: f64| v.is_finite() && v > 0.0;
+                let made =
+                    Sheet::rectangle(*size, spacing).filter(|_| sound(size[0]) && sound(size[1]) && sound(spacing));
+                made.ok_or_else(|| format!("a sheet of {size:?} m at a spacing of {spacing} m"))
+            }
+            Source::Plane { size_m: None } => Err("cloth without an end: give the plane a size".into()),
+            Source::Mesh { .. } => match self.scene.assets.get(&body.name).map(AsRef::as_ref) {
+                Some(cosplat_core::asset::Asset::Mesh(mesh)) => Sheet::of_mesh(mesh),
+                _ => Err("cloth from a mesh that was not prepared as triangles before the run".into()),
+            },
+            // Refused already.
+            _ => Ok(Sheet::default()),
+        }
+    }
+
+    /// Which vertices are fixed to the world.
+    fn pinned(&mut self, body: &str, x: &[Vec3], reach: f64) -> Vec<bool> {
+        let mut fixed = vec![false; x.len()];
+        let Some(pins) = self.params.pins.get(body) else { return fixed };
+        for &pin in pins {
+            let mut found = false;
+            // Half a spacing reaches one vertex; rounding must not let it reach none.
+            for (fixed, _) in fixed.iter_mut().zip(x).filter(|(_, x)| norm(sub(**x, pin)) <= reach * (1.0 + 1e-9)) {
+                (*fixed, found) = (true, true);
+            }
+            if !found {
+                self.refused.push(format!("a pin of `{body}` at {pin:?} m, {reach} m or more from any vertex"));
+            }
+        }
+        fixed
+    }
+
+    fn actions(&mut self, masses: &[f64]) -> Vec<Action> {
+        let (scene, mut list) = (self.scene, Vec::new());
+        for action in &scene.actions {
+            let acts = |i: usize| action.bodies.is_empty() || action.bodies.contains(&scene.bodies[i].name);
+            let bodies: Vec<bool> = (0..scene.bodies.len()).map(acts).collect();
+            let until = action.until_s.unwrap_or(f64::INFINITY);
+            let mut add = |influence: Influence, bodies: Vec<bool>, gravity: bool| {
+                list.push(Action { influence, bodies, from: action.from_s, until, gravity });
+            };
+            // A force at the centre of mass accelerates every vertex alike.
+            let mut each = |per_mass: &dyn Fn(f64) -> Influence| {
+                for (i, mass) in masses.iter().enumerate().filter(|(i, _)| bodies[*i]) {
+                    add(per_mass(1.0 / mass), (0..bodies.len()).map(|k| k == i).collect(), false);
+                }
+            };
+            match action.kind {
+                ActionKind::PointForce { force_n, at_m: None } => each(&|per| Influence::Uniform(scale(force_n, per))),
+                ActionKind::Impulse { impulse_n_s, at_m: None } => {
+                    each(&|per| Influence::Kick(scale(impulse_n_s, per)));
+                }
+                ActionKind::Gravity { acceleration_m_s2 } => add(Influence::Uniform(acceleration_m_s2), bodies, true),
+                ActionKind::AccelerationField { field } => add(Influence::Field(field), bodies, false),
+                ActionKind::Wind { velocity_m_s, air_density_kg_m3, drag_coefficient } => {
+                    add(Influence::Wind(velocity_m_s, 0.5 * air_density_kg_m3 * drag_coefficient), bodies, false);
+                }
+                ActionKind::PointForce { .. } => self.refused.push("point forces beside the centre of mass (`at_m`)"),
+                ActionKind::Impulse { .. } => self.refused.push("impulses beside the centre of mass (`at_m`)"),
+            }
+        }
+        list
+    }
+
+    /// The listed pair of two names.
+    pub(crate) fn pair(&self, a: &str, b: &str) -> Option<&PairSpec> {
+        self.scene.pairs.iter().find(|p| (p.a == a && p.b == b) || (p.a == b && p.b == a))
+    }
+
+    /// Surface of a pair; `None` where it is left out.
+    pub(crate) fn surface(&mut self, pair: &PairSpec) -> Option<Surface> {
+        if pair.enabled && pair.contact == ContactLaw::Genesis {
+            self.refused.push(format!("contact law genesis (`{}` and `{}`)", pair.a, pair.b));
+        }
+        if pair.enabled && pair.restitution != 0.0 {
+            self.refused.push(format!("restitution (`{}` and `{}`)", pair.a, pair.b));
+        }
+        pair.enabled.then_some(Surface::Coulomb(pair.static_friction, pair.kinetic_friction))
+    }
+
+    fn left_out(&self) -> Vec<LeftOut> {
+        let bodies = &self.scene.bodies;
+        let one = |what: String, why: String| LeftOut {
+            what,
+            why,
+            indicator: None,
+            limit: None,
+            saved: "not measured".to_owned(),
+        };
+        let no_contact = "plugin `pbd` has no contact between cloths and none of a cloth with itself";
+        let itself = bodies.iter().map(|b| one(format!("self-collision of `{}`", b.name), no_contact.into()));
+        let others = bodies.iter().enumerate().flat_map(|(i, a)| bodies[i + 1..].iter().map(move |b| (a, b)));
+        let others = others.map(|(a, b)| one(format!("contact `{}~{}`", a.name, b.name), no_contact.into()));
+        let relaxed = bodies.iter().filter_map(|b| match b.material {
+            Material::Cloth { stretch_relaxation: s, bending_relaxation: r, .. }
+                if !self.params.relaxed && (s < 1.0 || r < 1.0) =>
+            {
+                let why =
+                    "in mode `physical` compliances count; `params.mode = \"genesis\"` repeats published pictures";
+                Some(one(format!("relaxation factors {s} and {r} of `{}`", b.name), why.into()))
+            }
+            _ => None,
+        });
+        itself.chain(others).chain(relaxed).collect()
+    }
+}

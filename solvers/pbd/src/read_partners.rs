@@ -1,0 +1,134 @@
+//! Colliders and partners: their shapes and what they do to each body.
+
+use std::sync::Arc;
+
+use cosplat_core::asset::{Asset, AssetError};
+use cosplat_core::plan::BoundaryForm;
+use cosplat_core::plugin::{InterfaceView, ViewRole};
+use cosplat_core::scene::{Source, StaticCollider, Wall as WallKind};
+
+use crate::contact::Surface;
+use crate::mesh::MeshSolid;
+use crate::model::{Face, Part};
+use crate::read::Reader;
+use crate::shape::{Placed, Shape};
+use crate::sim::{Partner, Wall};
+
+impl Reader<'_> {
+    /// Shape of a collider or partner, in its own frame or about its centre of mass.
+    fn shape(&mut self, name: &str, source: &Source, about_centre: bool) -> Option<Shape> {
+        if let Some(shape) = Shape::of(source) {
+            return Some(shape);
+        }
+        let Some(asset) = self.scene.assets.get(name) else {
+            self.refused.push(format!(
+                "colliders other than planes, boxes, spheres, cylinders and closed triangle meshes (`{name}`)"
+            ));
+            return None;
+        };
+        let Asset::Mesh(mesh) = asset.as_ref() else {
+            self.refused.push(format!("clouds of particles as colliders (`{name}`)"));
+            return None;
+        };
+        let origin = || if about_centre { mesh.solid().map(|s| s.centroid_m) } else { Ok([0.0; 3]) };
+        let solid = asset.check().and_then(|()| origin());
+        match solid.and_then(|origin| MeshSolid::new(mesh, origin, self.spacing)) {
+            Ok(solid) => Some(Shape::Mesh(Arc::new(solid))),
+            Err(wrong) => {
+                let hint = match wrong {
+                    AssetError::Open(_) => {
+                        "; close its holes and merge vertices at the same place, or use a box, sphere, cylinder or plane"
+                    }
+                    _ => "",
+                };
+                self.refused.push(format!("the mesh of `{name}` as a solid: {wrong}{hint}"));
+                None
+            }
+        }
+    }
+
+    /// A static collider.
+    pub(crate) fn wall(&mut self, wall: &StaticCollider) -> Option<Wall> {
+        if wall.motion.is_some() {
+            self.refused.push(format!("moving static colliders (`{}`)", wall.name));
+        }
+        let shape = self.shape(&wall.name, &wall.source, false)?;
+        let plain = match wall.wall {
+            WallKind::NoSlip => Surface::Stick,
+            WallKind::Slip => Surface::Coulomb(0.0, 0.0),
+            WallKind::Friction { static_friction, kinetic_friction } => {
+                Surface::Coulomb(static_friction, kinetic_friction)
+            }
+        };
+        let surface = self.scene.bodies.iter().map(|b| match self.pair(&b.name, &wall.name).cloned() {
+            // Sticking is the wall's own: a pair may only leave it out.
+            Some(pair) if plain == Surface::Stick => pair.enabled.then_some(plain),
+            Some(pair) => self.surface(&pair),
+            None => Some(plain),
+        });
+        let surface = surface.collect();
+        Some(Wall { shape: Placed::at(shape, &wall.pose), surface })
+    }
+
+    /// Interfaces as this solver plays them, and the rigid partners among them.
+    pub(crate) fn interfaces(&mut self) -> (Vec<Face>, Vec<Partner>) {
+        let (mut faces, mut partners) = (Vec::new(), Vec::<Partner>::new());
+        let scene = self.scene;
+        for view in &scene.interfaces {
+            let Some(body) = scene.bodies.iter().position(|b| b.name == view.own) else {
+                self.refused
+                    .push(format!("interfaces of bodies it does not have (`{}` and `{}`)", view.own, view.partner));
+                continue;
+            };
+            let part = match (view.role, view.partner_form) {
+                (ViewRole::ContactResponder, _) => Some(Part::Respond),
+                (ViewRole::ContactResolver, BoundaryForm::Proxy) => self.partner(view, body, &mut partners),
+                (
+                    ViewRole::ContactResolver,
+                    BoundaryForm::SamplesF32 { normals: true } | BoundaryForm::SamplesF64 { normals: true },
+                ) => self.view_surface(view).map(Part::Samples),
+                (ViewRole::ContactResolver, _) => {
+                    self.refused.push(format!("contact with samples without normals (`{}`)", view.partner));
+                    None
+                }
+                // Links are refused already.
+                _ => None,
+            };
+            if let Some(part) = part {
+                faces.push(Face { id: view.id, body, partner: view.partner.clone(), part });
+            }
+        }
+        (faces, partners)
+    }
+
+    fn view_surface(&mut self, view: &InterfaceView) -> Option<Surface> {
+        let Some(pair) = view.pair.clone() else {
+            self.refused.push(format!("contact without parameters (`{}` and `{}`)", view.own, view.partner));
+            return None;
+        };
+        let surface = self.surface(&pair);
+        if surface.is_none() {
+            self.refused.push(format!("an interface that its pair switches off (`{}` and `{}`)", pair.a, pair.b));
+        }
+        surface
+    }
+
+    fn partner(&mut self, view: &InterfaceView, body: usize, partners: &mut Vec<Partner>) -> Option<Part> {
+        let surface = self.view_surface(view)?;
+        let known = partners.iter().position(|p| p.name == view.partner);
+        let index = if let Some(index) = known {
+            index
+        } else {
+            let Some(source) = &view.partner_source else {
+                self.refused.push(format!("rigid partners without a shape (`{}`)", view.partner));
+                return None;
+            };
+            let shape = self.shape(&view.partner, source, true)?;
+            let surface = vec![None; self.scene.bodies.len()];
+            partners.push(Partner { name: view.partner.clone(), shape, surface });
+            partners.len() - 1
+        };
+        partners[index].surface[body] = Some(surface);
+        Some(Part::Proxy(index))
+    }
+}

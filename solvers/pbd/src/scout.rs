@@ -1,0 +1,94 @@
+//! Which vertices can touch what in a substep.
+
+use cosplat_core::boundary::{Vec3, add, dot, norm, scale, sub};
+
+use crate::contact::{Cause, HOLDS, Surface, Touch, at_walls};
+use crate::shape::{Placed, SignedDistance};
+use crate::sim::{Course, Desk, Setting, Wall};
+use crate::vertex::Vertex;
+
+/// Looks for contact.
+pub(crate) struct Scout<'s, 'a> {
+    pub(crate) setting: &'s Setting,
+    pub(crate) course: &'s Course<'a>,
+    pub(crate) placed: &'s [Placed],
+    pub(crate) owner: &'s [u32],
+    pub(crate) h: f64,
+}
+
+impl Scout<'_, '_> {
+    /// Finds what the vertices of a block touch. Those that touch walls only are solved at once.
+    pub(crate) fn block(&self, from: usize, vertices: &mut [Vertex], desk: &mut Desk) {
+        let (mut low, mut high, mut speed) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], 0.0_f64);
+        for v in vertices.iter() {
+            low = std::array::from_fn(|k| low[k].min(v.x[k]));
+            high = std::array::from_fn(|k| high[k].max(v.x[k]));
+            speed = speed.max(norm(v.u));
+        }
+        let (middle, radius) = (scale(add(low, high), 0.5), 0.5 * norm(sub(high, low)));
+        let half = 0.5 * self.setting.thickness;
+        let close = |shape: &Placed, other: f64| shape.at_least(middle, radius) < half + 2.0 * self.h * (speed + other);
+        let walls: Vec<&Wall> = self.setting.walls.iter().filter(|w| close(&w.shape, 0.0)).collect();
+        let near = |p: &usize| {
+            let proxy = &self.course.proxies[*p];
+            close(&self.placed[*p], norm(proxy.velocity(middle)) + norm(proxy.twist()[1]) * radius)
+        };
+        let partners: Vec<usize> = (0..self.placed.len()).filter(near).collect();
+        if walls.is_empty() && partners.is_empty() && self.course.swarms.is_empty() {
+            return;
+        }
+        for (k, vertex) in vertices.iter_mut().enumerate() {
+            let body = self.owner[from + k] as usize;
+            desk.alone.clear();
+            for wall in &walls {
+                let Some(surface) = wall.surface[body] else { continue };
+                let (distance, normal) = wall.shape.distance(vertex.x);
+                self.note(vertex, (from + k, Cause::Wall), (distance - half, normal), ([0.0; 3], surface), desk);
+            }
+            let alone = desk.alone.len();
+            for &p in &partners {
+                let Some(surface) = self.setting.partners[p].surface[body] else { continue };
+                let (distance, normal) = self.placed[p].distance(vertex.x);
+                let other = self.course.proxies[p].velocity(vertex.x);
+                self.note(vertex, (from + k, Cause::Proxy(p)), (distance - half, normal), (other, surface), desk);
+            }
+            for (s, (swarm, meeting)) in self.course.swarms.iter().zip(&self.course.meetings).enumerate() {
+                if meeting.body != body {
+                    continue;
+                }
+                if let Some((i, gap, normal)) = swarm.nearest(from + k, vertex.x) {
+                    let side = (swarm.velocity(i), meeting.surface);
+                    self.note(vertex, (from + k, Cause::Sample(s, i)), (gap - half, normal), side, desk);
+                }
+            }
+            if desk.alone.len() > alone {
+                desk.touches.append(&mut desk.alone);
+            } else if alone > 0 && vertex.w > 0.0 {
+                desk.count += alone as u64;
+                at_walls(vertex, &mut desk.alone, self.h, &mut desk.held);
+            }
+        }
+    }
+
+    /// Notes a place that may close its gap in this substep.
+    ///
+    /// At a partner that can also happen by what others do to it: there a little more is watched.
+    fn note(
+        &self,
+        vertex: &Vertex,
+        (index, cause): (usize, Cause),
+        (gap, normal): (f64, Vec3),
+        (other, surface): (Vec3, Surface),
+        desk: &mut Desk,
+    ) {
+        let relative = sub(vertex.u, other);
+        let closing = gap + self.h * dot(relative, normal);
+        let watched = match cause {
+            Cause::Wall => 0.0,
+            _ => self.h * norm(relative) + 0.05 * self.setting.thickness,
+        };
+        if closing < watched || (surface == Surface::Stick && gap <= HOLDS) {
+            desk.alone.push(Touch::new(index as u32, cause, normal, gap, surface));
+        }
+    }
+}

@@ -1,0 +1,357 @@
+//! One substep, and the steps made of them.
+
+use cosplat_core::boundary::{Vec3, add, norm, scale};
+use cosplat_core::plugin::{PluginError, Pulse, Signal};
+use rayon::prelude::*;
+
+use crate::bend::Hinge;
+use crate::contact::{Others, Surface, Touch, settle};
+use crate::proxy::Proxy;
+use crate::push::{Action, Push};
+use crate::samples::Swarm;
+use crate::scout::Scout;
+use crate::shape::{Placed, Shape};
+use crate::stretch::Edge;
+use crate::tally::Tally;
+use crate::vertex::{Constraint, Phases, Solve, Vertex, solve};
+
+/// Part of the shortest edge that a vertex may move in a substep.
+pub(crate) const COURANT: f64 = 0.3;
+/// Substeps of a step beyond which a cloth is not fast but blowing up.
+const MOST_SUBSTEPS: f64 = 1e6;
+
+/// A static collider and its surface for each body; `None` where the pair is left out.
+#[derive(Clone, Debug)]
+pub(crate) struct Wall {
+    pub(crate) shape: Placed,
+    pub(crate) surface: Vec<Option<Surface>>,
+}
+
+/// What never changes about a rigid partner: its shape about its centre of mass, and its surface for each body.
+#[derive(Clone, Debug)]
+pub(crate) struct Partner {
+    pub(crate) name: String,
+    pub(crate) shape: Shape,
+    pub(crate) surface: Vec<Option<Surface>>,
+}
+
+/// What never changes in a run.
+#[derive(Clone, Debug)]
+pub(crate) struct Setting {
+    pub(crate) actions: Vec<Action>,
+    pub(crate) walls: Vec<Wall>,
+    pub(crate) partners: Vec<Partner>,
+    /// Number of bodies.
+    pub(crate) bodies: usize,
+    /// Thickness of the cloth \[m\].
+    pub(crate) thickness: f64,
+    /// Iterations of stretch and of bending in a substep.
+    pub(crate) iterations: [u32; 2],
+    /// Whether published factors scale the corrections.
+    pub(crate) relaxed: bool,
+    /// Longest substep \[s\].
+    pub(crate) longest: f64,
+    /// Shortest edge \[m\].
+    pub(crate) shortest: f64,
+    /// Rate at which velocities decay \[1/s\].
+    pub(crate) damping: f64,
+    /// Turns in which contact with partners is solved.
+    pub(crate) turns: u32,
+    /// Whether blocks are shared out to threads.
+    pub(crate) parallel: bool,
+}
+
+/// Impulses of a partner on the vertices of a body.
+#[derive(Clone, Debug)]
+pub(crate) struct Kick {
+    /// Interface, by its index.
+    pub(crate) face: usize,
+    /// On each vertex of all bodies \[N s\].
+    pub(crate) impulse: Vec<Vec3>,
+    /// Over the whole step, or at once at its start.
+    pub(crate) spread: bool,
+}
+
+/// Own side of a contact with a partner that shows samples.
+#[derive(Clone, Debug)]
+pub(crate) struct Meeting {
+    /// Own body.
+    pub(crate) body: usize,
+    pub(crate) surface: Surface,
+}
+
+/// One step in progress.
+pub(crate) struct Course<'a> {
+    /// Start and length \[s\].
+    pub(crate) start: f64,
+    pub(crate) length: f64,
+    pub(crate) proxies: Vec<Proxy>,
+    pub(crate) swarms: Vec<Swarm<'a>>,
+    /// In the order of the swarms.
+    pub(crate) meetings: Vec<Meeting>,
+    pub(crate) kicks: Vec<Kick>,
+    /// Normals at the start of the step, where air moves.
+    pub(crate) normals: Vec<Vec3>,
+    pub(crate) books: Books,
+}
+
+/// What has acted in a step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Books {
+    pub(crate) substeps: u64,
+    pub(crate) bound_by_speed: bool,
+    /// Gravity and other actions.
+    pub(crate) driven: Tally,
+    /// Walls, pins and damping, which take energy.
+    pub(crate) held: Tally,
+    /// Effect of each swarm on its own body.
+    pub(crate) swarms: Vec<Tally>,
+    /// Effect of each kick.
+    pub(crate) kicks: Vec<Tally>,
+    /// Contacts solved, summed over the substeps.
+    pub(crate) touches: u64,
+}
+
+/// Books of one block in one substep.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Desk {
+    driven: Tally,
+    pub(crate) held: Tally,
+    kicks: Vec<Tally>,
+    /// Of one vertex.
+    pub(crate) alone: Vec<Touch>,
+    /// That partners have a part in.
+    pub(crate) touches: Vec<Touch>,
+    /// Contacts with walls alone.
+    pub(crate) count: u64,
+}
+
+/// All vertices and what holds them together.
+#[derive(Clone, Debug)]
+pub(crate) struct Sim {
+    pub(crate) vertices: Vec<Vertex>,
+    /// Body of each vertex.
+    pub(crate) owner: Vec<u32>,
+    /// Area that each vertex stands for \[m²\].
+    pub(crate) area: Vec<f64>,
+    /// Vertices in a block.
+    pub(crate) size: usize,
+    pub(crate) edges: Phases<Edge>,
+    pub(crate) hinges: Phases<Hinge>,
+    pub(crate) setting: Setting,
+}
+
+/// Does something with each item, on one thread or several.
+fn each<T: Send>(parallel: bool, items: Vec<T>, f: impl Fn(usize, T) + Sync + Send) {
+    if parallel {
+        items.into_par_iter().enumerate().for_each(|(i, item)| f(i, item));
+    } else {
+        items.into_iter().enumerate().for_each(|(i, item)| f(i, item));
+    }
+}
+
+impl Sim {
+    /// Largest speed of a vertex \[m/s\].
+    pub(crate) fn fastest(&self) -> f64 {
+        self.vertices.iter().map(|v| norm(v.u)).fold(0.0, f64::max)
+    }
+
+    /// Covers a step.
+    pub(crate) fn run(
+        &mut self,
+        course: &mut Course,
+        pool: Option<&rayon::ThreadPool>,
+        pulse: &mut dyn Pulse,
+    ) -> Result<(), PluginError> {
+        let partners = course.proxies.iter().map(|p| norm(p.twist()[0]));
+        let fastest = partners.fold(self.fastest(), f64::max);
+        // Relaxed stiffness is in proportion to 1/h²: a substep that changes its length would do work.
+        let by_speed = if self.setting.relaxed {
+            f64::INFINITY
+        } else {
+            self.setting.shortest * COURANT / fastest.max(f64::MIN_POSITIVE)
+        };
+        let longest = self.setting.longest.min(by_speed);
+        // A whole number of longest substeps must not become one more by rounding.
+        let count = (course.length / longest - 1e-9).ceil().max(1.0);
+        if !(1.0..MOST_SUBSTEPS).contains(&count) {
+            return Err(PluginError::Physics(format!(
+                "vertices or partners move at {fastest:.3e} m/s: a substep would be shorter than {:.1e} s",
+                course.length / MOST_SUBSTEPS
+            )));
+        }
+        let (count, h) = (count as u64, course.length / count);
+        course.books.substeps = count;
+        course.books.bound_by_speed = by_speed < self.setting.longest;
+        course.books.kicks = vec![Tally::default(); course.kicks.len()];
+        course.books.swarms = vec![Tally::default(); course.swarms.len()];
+        let mut desks = vec![Desk::default(); self.edges.first.len()];
+        for i in 0..count {
+            let t = i as f64 * h;
+            match pool.filter(|_| self.setting.parallel) {
+                Some(pool) => pool.install(|| self.substep(course, &mut desks, t, h)),
+                None => self.substep(course, &mut desks, t, h),
+            }
+            if pulse.beat(i + 1, count) == Signal::Abort {
+                return Err(PluginError::Aborted);
+            }
+        }
+        if self.vertices.iter().all(|v| v.x.iter().chain(&v.u).all(|c| c.is_finite())) {
+            return Ok(());
+        }
+        Err(PluginError::Physics("a vertex is nowhere: use a shorter `max_substep_s` or softer contact".into()))
+    }
+
+    fn substep(&mut self, course: &mut Course, desks: &mut [Desk], t: f64, h: f64) {
+        let setting = &self.setting;
+        let now = course.start + t;
+        let push = Push::new(&setting.actions, setting.bodies, (now, now + h), setting.damping);
+        // An impulse at once is taken in the first substep.
+        let share = |kick: &Kick| if kick.spread { h / course.length } else { f64::from(u8::from(t <= 0.0)) };
+        let kicks: Vec<(&[Vec3], f64)> = course.kicks.iter().map(|k| (&k.impulse[..], share(k))).collect();
+        for desk in desks.iter_mut() {
+            *desk = Desk { kicks: vec![Tally::default(); kicks.len()], ..std::mem::take(desk) };
+            (desk.driven, desk.held, desk.count) = (Tally::default(), Tally::default(), 0);
+            desk.touches.clear();
+        }
+        for i in 0..setting.iterations[0].max(setting.iterations[1]) {
+            let solver = Solve { h, per_h2: 1.0 / (h * h), first: i == 0, relaxed: setting.relaxed };
+            let prepare = |b: usize, vertices: &mut [Vertex], desk: &mut Desk| {
+                let from = b * self.size;
+                for (k, vertex) in vertices.iter_mut().enumerate() {
+                    pushed(vertex, self.owner[from + k] as usize, &push, desk);
+                    if push.has_wind() {
+                        let patch = (course.normals[from + k], self.area[from + k]);
+                        let impulse = push.wind(self.owner[from + k] as usize, (vertex.u, vertex.mass), patch);
+                        kick(vertex, impulse, &mut desk.driven, &mut desk.held);
+                    }
+                    for (&(impulses, share), tally) in kicks.iter().zip(&mut desk.kicks) {
+                        kick(vertex, scale(impulses[from + k], share), tally, &mut desk.held);
+                    }
+                }
+            };
+            let turn = [0, 1].map(|k| i < setting.iterations[k]);
+            let blocks = self.vertices.chunks_mut(self.size);
+            let work: Vec<_> = blocks
+                .zip(&mut self.edges.first)
+                .zip(&mut self.hinges.first)
+                .zip(desks.iter_mut())
+                .map(|(((v, e), h), d)| (v, e, h, d))
+                .collect();
+            each(setting.parallel, work, |b, (vertices, edges, hinges, desk)| {
+                if i == 0 {
+                    prepare(b, vertices, desk);
+                }
+                project(vertices, edges, hinges, turn, &solver);
+            });
+            let shifted = self.vertices.get_mut(self.size / 2..).unwrap_or_default().chunks_mut(self.size);
+            let work: Vec<_> = shifted
+                .zip(&mut self.edges.shifted)
+                .zip(&mut self.hinges.shifted)
+                .filter(|((_, e), h)| !(e.is_empty() && h.is_empty()))
+                .collect();
+            each(setting.parallel, work, |_, ((vertices, edges), hinges)| {
+                project(vertices, edges, hinges, turn, &solver);
+            });
+            project(&mut self.vertices, &mut self.edges.rest, &mut self.hinges.rest, turn, &solver);
+            let held = &mut course.books.held;
+            if turn[0] {
+                self.edges.anchored.iter_mut().for_each(|c| anchor(c, &mut self.vertices, &solver, held));
+            }
+            if turn[1] {
+                self.hinges.anchored.iter_mut().for_each(|c| anchor(c, &mut self.vertices, &solver, held));
+            }
+        }
+        self.meet(course, desks, t, h);
+        for vertex in &mut self.vertices {
+            vertex.x = add(vertex.x, scale(vertex.u, h));
+        }
+        course.proxies.iter_mut().for_each(|p| p.drift(h));
+        course.swarms.iter_mut().for_each(|s| s.drift(h));
+        let books = &mut course.books;
+        for desk in desks.iter() {
+            books.driven.add(&desk.driven);
+            books.held.add(&desk.held);
+            books.touches += desk.count + desk.touches.len() as u64;
+            for (sum, one) in books.kicks.iter_mut().zip(&desk.kicks) {
+                sum.add(one);
+            }
+        }
+    }
+
+    /// Contact of one substep.
+    fn meet(&mut self, course: &mut Course, desks: &mut [Desk], t: f64, h: f64) {
+        let setting = &self.setting;
+        course.proxies.iter_mut().for_each(|p| p.push(h));
+        course.swarms.iter_mut().for_each(|s| s.at(t));
+        if setting.walls.is_empty() && course.proxies.is_empty() && course.swarms.is_empty() {
+            return;
+        }
+        let placed: Vec<Placed> =
+            course.proxies.iter().zip(&setting.partners).map(|(p, partner)| p.placed(&partner.shape)).collect();
+        let scout = Scout { setting, course: &*course, placed: &placed, owner: &self.owner, h };
+        let work: Vec<_> = self.vertices.chunks_mut(self.size).zip(desks.iter_mut()).collect();
+        each(setting.parallel, work, |b, (vertices, desk)| scout.block(b * self.size, vertices, desk));
+        let mut touches: Vec<Touch> = desks.iter().flat_map(|d| d.touches.iter().copied()).collect();
+        let mut others = Others {
+            proxies: &mut course.proxies,
+            swarms: &mut course.swarms,
+            on_own: &mut course.books.swarms,
+            external: &mut course.books.held,
+        };
+        settle(&mut self.vertices, &self.owner, &mut touches, &mut others, (setting.turns, h));
+    }
+}
+
+/// Influences on one vertex.
+#[inline]
+fn pushed(vertex: &mut Vertex, body: usize, push: &Push, desk: &mut Desk) {
+    if vertex.w > 0.0 {
+        // Before the rest: what is at rest under its weight has nothing to lose.
+        if push.damped > 0.0 {
+            desk.held.give(vertex, scale(vertex.u, -push.damped * vertex.mass));
+        }
+        desk.driven.give(vertex, scale(push.at(body, vertex.x), vertex.mass));
+    }
+}
+
+/// An impulse on a vertex; one that is fixed hands it on to the world.
+fn kick(vertex: &mut Vertex, impulse: Vec3, tally: &mut Tally, held: &mut Tally) {
+    tally.give(vertex, impulse);
+    if vertex.w <= 0.0 {
+        held.book(vertex.x, scale(impulse, -1.0), [0.0; 3]);
+    }
+}
+
+/// Solves the constraints of a block.
+fn project(vertices: &mut [Vertex], edges: &mut [Edge], hinges: &mut [Hinge], turn: [bool; 2], solver: &Solve) {
+    if turn[0] {
+        for edge in edges {
+            solve(edge, vertices, solver);
+        }
+    }
+    if turn[1] {
+        for hinge in hinges {
+            solve(hinge, vertices, solver);
+        }
+    }
+}
+
+/// Solves a constraint with an end that is fixed to the world, which takes that end's impulse.
+fn anchor<const N: usize, C: Constraint<N>>(
+    constraint: &mut C,
+    vertices: &mut [Vertex],
+    solver: &Solve,
+    held: &mut Tally,
+) {
+    let ends = constraint.ends().map(|i| i as usize);
+    if let Some(impulses) = constraint.impulses(ends.map(|i| &vertices[i]), solver) {
+        for (i, impulse) in ends.into_iter().zip(impulses) {
+            if vertices[i].w > 0.0 {
+                vertices[i].take(impulse);
+            } else {
+                held.book(vertices[i].x, scale(impulse, -1.0), [0.0; 3]);
+            }
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! Impulse, angular impulse and work of one cause, summed from the impulses themselves.
+
+use cosplat_core::boundary::{Vec3, Wrench, add, cross, dot, norm, scale};
+use cosplat_core::plan::InterfaceId;
+use cosplat_core::plugin::InterfaceReport;
+
+use crate::vertex::Vertex;
+
+/// What one cause has done.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Tally {
+    /// Impulse and angular impulse about the world origin.
+    pub(crate) wrench: Wrench,
+    /// Work \[J\].
+    pub(crate) work: f64,
+    /// Σ|j| \[N s\].
+    pub(crate) gross: f64,
+}
+
+impl Tally {
+    /// Gives a vertex an impulse \[N s\] where it is at the start of the substep: `x + h u` then has the moment
+    /// `x × m u`, so that the sums close to rounding. A vertex that is fixed hands it on to the world.
+    #[inline]
+    pub(crate) fn give(&mut self, vertex: &mut Vertex, impulse: Vec3) {
+        let before = vertex.u;
+        vertex.take(impulse);
+        self.book(vertex.x, impulse, scale(add(before, vertex.u), 0.5));
+    }
+
+    /// Books an impulse at `x` \[m\] whose point has the mean velocity `v` \[m/s\].
+    #[inline]
+    pub(crate) fn book(&mut self, x: Vec3, impulse: Vec3, v: Vec3) {
+        self.wrench.linear = add(self.wrench.linear, impulse);
+        self.wrench.angular = add(self.wrench.angular, cross(x, impulse));
+        self.work += dot(impulse, v);
+        self.gross += norm(impulse);
+    }
+
+    /// Adds another.
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.wrench = self.wrench.plus(other.wrench);
+        self.work += other.work;
+        self.gross += other.gross;
+    }
+
+    /// As the report of an interface.
+    pub(crate) fn report(&self, interface: InterfaceId, residual: f64) -> InterfaceReport {
+        InterfaceReport { interface, received: self.wrench, gross: self.gross, work_j: self.work, residual }
+    }
+}

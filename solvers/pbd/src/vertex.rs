@@ -1,0 +1,189 @@
+//! Vertices, what connects them, and the order in which that is solved.
+
+use cosplat_core::boundary::{Vec3, add, scale};
+
+/// One vertex; a cache line.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(align(64))]
+pub(crate) struct Vertex {
+    /// Position at the start of the substep \[m\].
+    pub(crate) x: Vec3,
+    /// Velocity with all impulses so far \[m/s\].
+    pub(crate) u: Vec3,
+    /// Inverse mass \[1/kg\]; 0 where it is fixed to the world.
+    pub(crate) w: f64,
+    /// Mass \[kg\].
+    pub(crate) mass: f64,
+}
+
+impl Vertex {
+    /// Takes an impulse \[N s\].
+    #[inline]
+    pub(crate) fn take(&mut self, impulse: Vec3) {
+        self.u = add(self.u, scale(impulse, self.w));
+    }
+}
+
+/// Numbers of a substep that constraints need.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Solve {
+    /// Length \[s\].
+    pub(crate) h: f64,
+    /// 1 / length² \[1/s²\].
+    pub(crate) per_h2: f64,
+    /// Whether this is the first iteration: multipliers start at zero.
+    pub(crate) first: bool,
+    /// Published factors by which corrections are scaled, instead of the multipliers of XPBD.
+    pub(crate) relaxed: bool,
+}
+
+/// How sweeps resist: the compliance that a constraint has in effect.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sweeps {
+    /// Length of a substep \[s\].
+    pub(crate) h: f64,
+    /// Iterations in a substep where published factors scale the corrections.
+    pub(crate) relaxed: Option<u32>,
+}
+
+impl Sweeps {
+    /// Energy \[J\] of a constraint that is off by `c`, with the sum `weight` of `w |∇C|²`.
+    ///
+    /// A sweep leaves about `h² weight` of softness. Where each of `n` corrections is scaled by `r`, the share
+    /// `φ = 1 - (1 - r)^n` of an error is taken in a substep, as by the compliance `h² weight (1 - φ)/φ`.
+    pub(crate) fn energy(&self, c: f64, compliance: f64, weight: f64, relaxation: f64) -> f64 {
+        let one = self.h * self.h * weight;
+        let soft = match self.relaxed {
+            Some(n) => {
+                let left = libm::pow(1.0 - relaxation, f64::from(n));
+                (compliance + one) * (left / (1.0 - left)).max(1.0)
+            }
+            None => compliance.max(one),
+        };
+        if soft > 0.0 { 0.5 * c * c / soft } else { 0.0 }
+    }
+}
+
+/// Something that holds `N` vertices together.
+pub(crate) trait Constraint<const N: usize>: Copy + Send + Sync {
+    /// Its vertices.
+    fn ends(&self) -> [u32; N];
+
+    /// The same with its vertices counted from another one.
+    fn set_ends(&mut self, ends: [u32; N]);
+
+    /// Impulses on its vertices \[N s\]; nothing where it has degenerated.
+    fn impulses(&mut self, at: [&Vertex; N], solve: &Solve) -> Option<[Vec3; N]>;
+
+    /// Energy stored \[J\].
+    fn energy(&self, at: [&Vertex; N], sweeps: &Sweeps) -> f64;
+}
+
+/// Solves one constraint.
+#[inline]
+pub(crate) fn solve<const N: usize, C: Constraint<N>>(constraint: &mut C, vertices: &mut [Vertex], solve: &Solve) {
+    let ends = constraint.ends().map(|i| i as usize);
+    let at = ends.map(|i| &vertices[i]);
+    if let Some(impulses) = constraint.impulses(at, solve) {
+        for (i, impulse) in ends.into_iter().zip(impulses) {
+            vertices[i].take(impulse);
+        }
+    }
+}
+
+/// Constraints sorted by who may solve them.
+///
+/// Vertices are cut into blocks of one size, and again into blocks shifted by half of it. What lies within a block is
+/// solved by whoever has the block; no two blocks share a vertex, so the result does not depend on who that is. Inside a
+/// block constraints are sorted by colour: neighbours in the list do not wait for each other.
+#[derive(Clone, Debug)]
+pub(crate) struct Phases<C> {
+    /// Within a block, counted from its first vertex.
+    pub(crate) first: Vec<Vec<C>>,
+    /// Within a shifted block, counted from its first vertex.
+    pub(crate) shifted: Vec<Vec<C>>,
+    /// Wider than that: one after the other.
+    pub(crate) rest: Vec<C>,
+    /// With an end that is fixed to the world, whose impulse is booked: one after the other.
+    pub(crate) anchored: Vec<C>,
+}
+
+impl<C> Phases<C> {
+    /// Sorts constraints of `count` vertices for blocks of `size`.
+    pub(crate) fn new<const N: usize>(all: &[C], fixed: &[bool], size: usize) -> Self
+    where
+        C: Constraint<N>,
+    {
+        let blocks = fixed.len().div_ceil(size).max(1);
+        let half = size / 2;
+        let mut phases = Self {
+            first: vec![Vec::new(); blocks],
+            shifted: vec![Vec::new(); blocks],
+            rest: Vec::new(),
+            anchored: Vec::new(),
+        };
+        for mut constraint in by_colour(all, fixed.len()) {
+            let ends = constraint.ends();
+            let (low, high) = ends.iter().fold((u32::MAX, 0), |(low, high), &i| (low.min(i), high.max(i)));
+            let (low, high) = (low as usize, high as usize);
+            if ends.iter().any(|&i| fixed[i as usize]) {
+                phases.anchored.push(constraint);
+            } else if low / size == high / size {
+                constraint.set_ends(ends.map(|i| i - (low / size * size) as u32));
+                phases.first[low / size].push(constraint);
+            } else if low >= half && (low - half) / size == (high - half) / size {
+                let block = (low - half) / size;
+                constraint.set_ends(ends.map(|i| i - (block * size + half) as u32));
+                phases.shifted[block].push(constraint);
+            } else {
+                phases.rest.push(constraint);
+            }
+        }
+        phases
+    }
+
+    /// Energy of all \[J\].
+    pub(crate) fn energy<const N: usize>(&self, vertices: &[Vertex], size: usize, sweeps: &Sweeps) -> f64
+    where
+        C: Constraint<N>,
+    {
+        let sum = |list: &[C], from: usize| -> f64 {
+            list.iter().map(|c| c.energy(c.ends().map(|i| &vertices[from + i as usize]), sweeps)).sum()
+        };
+        let first: f64 = self.first.iter().enumerate().map(|(b, list)| sum(list, b * size)).sum();
+        let shifted: f64 = self.shifted.iter().enumerate().map(|(b, list)| sum(list, b * size + size / 2)).sum();
+        first + shifted + sum(&self.rest, 0) + sum(&self.anchored, 0)
+    }
+}
+
+/// Size of blocks such that nearly all constraints lie within one: a power of two, four times the widest constraint.
+pub(crate) fn block_size<const N: usize, C: Constraint<N>>(all: &[C]) -> usize {
+    let width = |c: &C| {
+        let ends = c.ends();
+        ends.iter().max().zip(ends.iter().min()).map_or(0, |(high, low)| high - low)
+    };
+    let widest = all.iter().map(width).max().unwrap_or(0) as usize;
+    (4 * widest).next_power_of_two().clamp(SMALLEST_BLOCK, LARGEST_BLOCK)
+}
+
+/// Vertices of a block: enough work for a task, few enough for the second-level cache.
+const SMALLEST_BLOCK: usize = 512;
+const LARGEST_BLOCK: usize = 8192;
+
+/// Sorted by greedy colours; of one colour, in the given order.
+fn by_colour<const N: usize, C: Constraint<N>>(all: &[C], vertices: usize) -> Vec<C> {
+    let mut taken = vec![0_u64; vertices];
+    let mut coloured: Vec<(u32, C)> = Vec::with_capacity(all.len());
+    for constraint in all {
+        let ends = constraint.ends();
+        let used = ends.iter().fold(0, |used, &i| used | taken[i as usize]);
+        // More than 64 colours at one vertex: the last is shared, which costs order, not correctness.
+        let colour = used.trailing_ones().min(63);
+        for i in ends {
+            taken[i as usize] |= 1 << colour;
+        }
+        coloured.push((colour, *constraint));
+    }
+    coloured.sort_by_key(|&(colour, _)| colour);
+    coloured.into_iter().map(|(_, constraint)| constraint).collect()
+}
