@@ -16,6 +16,9 @@ const SAMPLES: f64 = 6000.0;
 const GRAIN: f64 = 0.35;
 /// The same for planes, which turn in no scene: enough to see that there is something.
 const PLANE_GRAIN: f64 = 0.06;
+/// By how much of the root of a sample's area a plane is drawn lower than it is: its Gaussians have a thickness, and
+/// would hide what lies on it.
+const SUNK: f32 = 0.2;
 /// Spacing of particles whose solver chooses it \[m\].
 const DOTS_M: f64 = 0.02;
 
@@ -71,8 +74,15 @@ pub(super) fn extent(points: &[Vec3]) -> [f64; 3] {
 
 /// What is seen of a primitive.
 pub(super) fn look(source: &Source, spacing: Option<f64>, colour: [f64; 3]) -> Result<Option<Look>, String> {
-    let grain = if matches!(source, Source::Plane { .. }) { PLANE_GRAIN } else { GRAIN };
-    primitive::mesh(source).map(|mesh| surface(&mesh, spacing, colour, grain)).transpose()
+    let is_plane = matches!(source, Source::Plane { .. });
+    let grain = if is_plane { PLANE_GRAIN } else { GRAIN };
+    let Some(mut look) = primitive::mesh(source).map(|mesh| surface(&mesh, spacing, colour, grain)).transpose()? else {
+        return Ok(None);
+    };
+    if let (true, Look::Surface(samples)) = (is_plane, &mut look) {
+        samples.iter_mut().for_each(|s| s.position[2] -= SUNK * s.area.sqrt());
+    }
+    Ok(Some(look))
 }
 
 fn surface(mesh: &TriangleMesh, spacing: Option<f64>, colour: [f64; 3], grain: f64) -> Result<Look, String> {
