@@ -277,7 +277,9 @@ impl<'a> Conduct<'a> {
         let files = self.recorder.files();
         let tally = self.recorder.tally;
         let mut bodies = tally.bodies;
-        bodies.iter_mut().for_each(|b| b.gaussians = self.prepared.geometry.gaussians(&b.name));
+        for body in &mut bodies {
+            body.gaussians = self.prepared.geometry.gaussians(&body.name);
+        }
         let mut processes = tally.processes;
         for (process, usage) in processes.iter_mut().zip(usage) {
             process.cpu_s = usage.cpu_s;

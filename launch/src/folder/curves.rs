@@ -146,8 +146,8 @@ mod tests {
             9001 => "NaN".to_owned(),
             _ => "1".to_owned(),
         };
-        let text: String = (0..rows).map(|i| format!("{i},{}\n", value(i))).collect();
-        std::fs::write(&path, format!("time_s,a.x\n{text}")).unwrap();
+        let lines: Vec<String> = (0..rows).map(|i| format!("{i},{}", value(i))).collect();
+        std::fs::write(&path, format!("time_s,a.x\n{}\n", lines.join("\n"))).unwrap();
         let table = Table::read(&path, rows).unwrap();
         let charts = table.probes();
         let points = &charts[0].lines[0].points;
