@@ -10,7 +10,7 @@ const AROUND: u32 = 32;
 /// Rings of a sphere from pole to pole.
 const RINGS: u32 = 16;
 /// Edge of the part of an infinite plane that is drawn \[m\].
-const PLANE_M: f64 = 4.0;
+const PLANE_M: f64 = 3.0;
 
 /// The surface of a primitive; nothing for sources without one.
 pub(super) fn mesh(source: &Source) -> Option<TriangleMesh> {

@@ -12,13 +12,15 @@ use crate::frames::Look;
 
 /// Samples of a surface that is drawn, about: enough for a smooth outline, few enough to be redrawn at every frame.
 const SAMPLES: f64 = 6000.0;
+/// The same for planes, which never move and are large.
+const PLANE_SAMPLES: f64 = 16_000.0;
 /// By what part samples of a plain surface differ in brightness, so that it is seen to turn.
 const GRAIN: f64 = 0.35;
 /// The same for planes, which turn in no scene: enough to see that there is something.
 const PLANE_GRAIN: f64 = 0.06;
 /// By how much of the root of a sample's area a plane is drawn lower than it is: its Gaussians have a thickness, and
 /// would hide what lies on it.
-const SUNK: f32 = 0.2;
+const SUNK: f32 = 0.4;
 /// Spacing of particles whose solver chooses it \[m\].
 const DOTS_M: f64 = 0.02;
 
@@ -26,7 +28,7 @@ impl Maker<'_> {
     /// A mesh that keeps its shape.
     pub(super) fn rigid_mesh(&self, source: &Source, spacing: Option<f64>, colour: [f64; 3]) -> Result<Made, String> {
         let prepared = self.mesh(source)?;
-        let look = if self.draws { Some(surface(&prepared.mesh, spacing, colour, GRAIN)?) } else { None };
+        let look = if self.draws { Some(surface(&prepared.mesh, spacing, colour, GRAIN, SAMPLES)?) } else { None };
         Ok(Made { asset: Some(Asset::Mesh(prepared.mesh)), look, notes: vec![prepared.report.to_string()] })
     }
 
@@ -75,23 +77,33 @@ pub(super) fn extent(points: &[Vec3]) -> [f64; 3] {
 /// What is seen of a primitive.
 pub(super) fn look(source: &Source, spacing: Option<f64>, colour: [f64; 3]) -> Result<Option<Look>, String> {
     let is_plane = matches!(source, Source::Plane { .. });
-    let grain = if is_plane { PLANE_GRAIN } else { GRAIN };
-    let Some(mut look) = primitive::mesh(source).map(|mesh| surface(&mesh, spacing, colour, grain)).transpose()? else {
+    let (grain, count) = if is_plane { (PLANE_GRAIN, PLANE_SAMPLES) } else { (GRAIN, SAMPLES) };
+    let Some(mut look) =
+        primitive::mesh(source).map(|mesh| surface(&mesh, spacing, colour, grain, count)).transpose()?
+    else {
         return Ok(None);
     };
     if let (true, Look::Surface(samples)) = (is_plane, &mut look) {
-        samples.iter_mut().for_each(|s| s.position[2] -= SUNK * s.area.sqrt());
+        for sample in samples {
+            sample.position[2] -= SUNK * sample.area.sqrt();
+        }
     }
     Ok(Some(look))
 }
 
-fn surface(mesh: &TriangleMesh, spacing: Option<f64>, colour: [f64; 3], grain: f64) -> Result<Look, String> {
+fn surface(
+    mesh: &TriangleMesh,
+    spacing: Option<f64>,
+    colour: [f64; 3],
+    grain: f64,
+    count: f64,
+) -> Result<Look, String> {
     let of = |t: &[u32; 3]| {
         let [a, b, c] = mesh.corners(*t);
         (b - a).cross(&(c - a)).norm() / 2.0
     };
     let area: f64 = mesh.triangles.iter().map(of).sum();
-    let chosen = (area / SAMPLES).sqrt();
+    let chosen = (area / count).sqrt();
     let samples = surface_samples(mesh, spacing.map_or(chosen, |s| s.min(chosen))).map_err(|e| e.to_string())?;
     Ok(Look::Surface(grained(&samples.position_m, &samples.normal, &samples.area_m2, colour, grain)))
 }
