@@ -46,3 +46,24 @@ fn threads_change_no_bit_and_the_scheme_does() {
     assert_eq!(parallel.summary["interfaces"][0]["transfer_defect"].as_f64(), Some(0.0));
     assert_ne!(parallel.hash(), serial);
 }
+
+/// Short and without pictures: whether each pair of solvers couples at all, on one thread as on two.
+#[test]
+fn a_liquid_and_a_cloth_meet_rigid_bodies_of_another_process() {
+    let plain = ["--set", "output.pictures=false", "--set", "output.splats=false", "--set", "output.recording=false"];
+    // The raft has fallen onto the water by then, the silk onto the rock.
+    for (scene, changes) in [
+        ("dam-and-raft", ["--set", "clock.duration=0.35", "--set", "body.water.spacing=0.04"]),
+        ("silk-over-rock", ["--set", "clock.duration=0.2", "--set", "body.silk.spacing=0.02"]),
+    ] {
+        let run = |threads: &str| {
+            let args = [&["--quiet", "--threads", threads], &plain[..], &changes[..]].concat();
+            Program::built_in(scene, &args).finish().expect_code(0)
+        };
+        let one = run("1");
+        let interface = &one.summary["interfaces"][0];
+        assert_eq!(interface["transfer_defect"].as_f64(), Some(0.0), "{scene}: what was sent is what arrived");
+        assert!(interface["gross_impulse"].as_f64().is_some_and(|j| j > 0.01), "{scene}: they touch: {interface}");
+        assert_eq!(run("2").hash(), one.hash(), "{scene}: threads");
+    }
+}
