@@ -10,6 +10,7 @@ pub mod checkpoint;
 pub mod checks;
 pub mod control;
 pub mod coordinator;
+pub mod distance;
 pub mod ledger;
 pub mod participant;
 pub mod plan;

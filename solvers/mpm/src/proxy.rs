@@ -8,10 +8,10 @@ use cosplat_core::boundary::{ProxyRecord, Wrench, add, cross, scale, sub};
 use cosplat_core::plan::InterfaceId;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3, Vector6};
 
-use crate::shape::{Placed, Shape};
 use crate::tally::Tally;
 use crate::touch::Moved;
 use crate::walls::Surface;
+use cosplat_core::distance::{Placed, Shape};
 
 /// What never changes about a rigid partner.
 #[derive(Clone, Debug)]

@@ -7,12 +7,12 @@ use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{InterfaceView, ViewRole};
 use cosplat_core::scene::{Source, StaticCollider, Wall as WallKind};
 
-use crate::mesh::MeshSolid;
 use crate::model::Face;
 use crate::proxy::Partner;
 use crate::read::Reader;
-use crate::shape::{Placed, Shape};
 use crate::walls::{Surface, Wall};
+use cosplat_core::distance::MeshSolid;
+use cosplat_core::distance::{Placed, Shape};
 
 impl Reader<'_> {
     /// Shape of a collider or partner, in its own frame or about its centre of mass.

@@ -6,7 +6,7 @@ use cosplat_core::asset::ParticleCloud;
 use cosplat_core::boundary::{add, norm, scale, sub};
 use cosplat_core::scene::{Body, Source};
 
-use crate::shape::{Shape, SignedDistance};
+use cosplat_core::distance::{Shape, SignedDistance};
 
 /// A body's particles in its own frame.
 #[derive(Clone, Debug, Default)]

@@ -15,10 +15,10 @@ use wide::f64x4;
 
 use crate::grid::{Grid, Substep};
 use crate::real::{Lanes, Real};
-use crate::shape::{Placed, SignedDistance};
 use crate::store::{B, Block, Store, VOL, X};
 use crate::topology::{NONE, REACH};
 use crate::walls::{BLOCK_RADIUS, Surface, Walls, middle};
+use cosplat_core::distance::{Placed, SignedDistance};
 
 /// Gap up to which a place is watched, in cells: a particle crosses at most half a cell in a substep.
 const WATCHED: f64 = 0.25;

@@ -1,7 +1,7 @@
 //! Static colliders, and which of them each block of particles can reach.
 
-use crate::shape::Placed;
 use crate::store::Block;
+use cosplat_core::distance::Placed;
 
 /// What a surface does to what touches it.
 #[derive(Clone, Copy, Debug, PartialEq)]

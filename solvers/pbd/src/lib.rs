@@ -33,7 +33,6 @@
 
 mod bend;
 mod contact;
-mod mesh;
 mod model;
 mod params;
 mod plugin;
@@ -44,7 +43,6 @@ mod read_partners;
 mod report;
 mod samples;
 mod scout;
-mod shape;
 mod sheet;
 mod sim;
 mod stretch;

@@ -6,8 +6,8 @@
 use cosplat_core::boundary::{ProxyRecord, Vec3, Wrench, add, cross, scale, sub};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
-use crate::shape::{Placed, Shape};
 use crate::tally::Tally;
+use cosplat_core::distance::{Placed, Shape};
 
 /// The stand-in.
 #[derive(Clone, Debug)]

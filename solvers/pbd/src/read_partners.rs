@@ -8,11 +8,11 @@ use cosplat_core::plugin::{InterfaceView, ViewRole};
 use cosplat_core::scene::{Source, StaticCollider, Wall as WallKind};
 
 use crate::contact::Surface;
-use crate::mesh::MeshSolid;
 use crate::model::{Face, Part};
 use crate::read::Reader;
-use crate::shape::{Placed, Shape};
 use crate::sim::{Partner, Wall};
+use cosplat_core::distance::MeshSolid;
+use cosplat_core::distance::{Placed, Shape};
 
 impl Reader<'_> {
     /// Shape of a collider or partner, in its own frame or about its centre of mass.

@@ -3,9 +3,9 @@
 use cosplat_core::boundary::{Vec3, add, dot, norm, scale, sub};
 
 use crate::contact::{Cause, HOLDS, Surface, Touch, at_walls};
-use crate::shape::{Placed, SignedDistance};
 use crate::sim::{Course, Desk, Setting, Wall};
 use crate::vertex::Vertex;
+use cosplat_core::distance::{Placed, SignedDistance};
 
 /// Looks for contact.
 pub(crate) struct Scout<'s, 'a> {

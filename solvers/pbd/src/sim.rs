@@ -10,10 +10,10 @@ use crate::proxy::Proxy;
 use crate::push::{Action, Push};
 use crate::samples::Swarm;
 use crate::scout::Scout;
-use crate::shape::{Placed, Shape};
 use crate::stretch::Edge;
 use crate::tally::Tally;
 use crate::vertex::{Constraint, Phases, Solve, Vertex, solve};
+use cosplat_core::distance::{Placed, Shape};
 
 /// Part of the shortest edge that a vertex may move in a substep.
 pub(crate) const COURANT: f64 = 0.3;

@@ -1,9 +1,9 @@
 //! Distance and direction of a mesh at the nodes of a regular grid, with linear interpolation between them.
 
-use cosplat_core::boundary::{norm, scale};
+use crate::boundary::{norm, scale};
 
 use super::tree::Tree;
-use crate::shape::Distance;
+use crate::distance::Distance;
 
 /// Nodes of the cache in a grid cell of the material, where there is room.
 const PER_CELL: f64 = 4.0;

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use cosplat_core::boundary::{add, cross, dot, norm, scale, sub};
+use crate::boundary::{add, cross, dot, norm, scale, sub};
 
 use super::closest::{Part, closest};
-use crate::shape::Distance;
+use crate::distance::Distance;
 
 /// Triangles in a leaf.
 const LEAF: usize = 4;

@@ -5,16 +5,16 @@ mod closest;
 mod field;
 mod tree;
 
-use cosplat_core::asset::{AssetError, TriangleMesh};
-use cosplat_core::boundary::{norm, sub};
+use crate::asset::{AssetError, TriangleMesh};
+use crate::boundary::{norm, sub};
 
-use crate::shape::{Distance, SignedDistance};
+use crate::distance::{Distance, SignedDistance};
 use field::Field;
 use tree::Tree;
 
 /// A solid whose surface is a mesh.
 #[derive(Debug)]
-pub(crate) struct MeshSolid {
+pub struct MeshSolid {
     tree: Tree,
     /// Missing where a grid fine enough would be too large: the tree then answers alone.
     field: Option<Field>,
@@ -30,7 +30,7 @@ impl MeshSolid {
     ///
     /// # Errors
     /// [`AssetError`] where it encloses no solid.
-    pub(crate) fn new(mesh: &TriangleMesh, origin: [f64; 3], dx: f64) -> Result<Self, AssetError> {
+    pub fn new(mesh: &TriangleMesh, origin: [f64; 3], dx: f64) -> Result<Self, AssetError> {
         mesh.solid()?;
         let vertices: Vec<[f64; 3]> = mesh.vertices_m.iter().map(|&v| sub(v, origin)).collect();
         let tree = Tree::new(&vertices, &mesh.triangles);
@@ -42,12 +42,12 @@ impl MeshSolid {
     }
 
     /// Radius about the origin that holds it \[m\].
-    pub(crate) fn radius(&self) -> f64 {
+    pub fn radius(&self) -> f64 {
         self.radius
     }
 
     /// Distance from its box \[m\]; 0 inside.
-    pub(crate) fn box_distance(&self, x: [f64; 3]) -> f64 {
+    pub fn box_distance(&self, x: [f64; 3]) -> f64 {
         norm([0, 1, 2].map(|k| (self.low[k] - x[k]).max(x[k] - self.high[k]).max(0.0)))
     }
 }
@@ -63,8 +63,8 @@ impl SignedDistance for MeshSolid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shape::Shape;
-    use cosplat_core::boundary::{dot, scale};
+    use crate::boundary::{dot, scale};
+    use crate::distance::Shape;
 
     /// A box with eight shared corners.
     pub(super) fn brick(half: [f64; 3]) -> TriangleMesh {

@@ -1,25 +1,27 @@
-//! Signed distances of shapes: negative inside, with the outward normal.
+//! Signed distances of shapes: negative inside, with the outward normal. For solvers that compute contact.
+
+mod mesh;
 
 use std::sync::Arc;
 
-use cosplat_core::boundary::{dot, norm, scale, sub};
-use cosplat_core::scene::{Pose, Source};
+use crate::boundary::{dot, norm, scale, sub};
+use crate::scene::{Pose, Source};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use crate::mesh::MeshSolid;
+pub use mesh::MeshSolid;
 
 /// Distance to a surface \[m\] and the unit normal of its nearest point.
-pub(crate) type Distance = (f64, [f64; 3]);
+pub type Distance = (f64, [f64; 3]);
 
 /// A thing that knows how far away it is.
-pub(crate) trait SignedDistance {
+pub trait SignedDistance {
     /// Distance \[m\], negative inside, and outward unit normal at a point of its frame.
     fn distance(&self, x: [f64; 3]) -> (f64, [f64; 3]);
 }
 
 /// A shape in its own frame.
 #[derive(Clone, Debug)]
-pub(crate) enum Shape {
+pub enum Shape {
     /// Half space below z = 0, or below a rectangle of half extents.
     Plane(Option<[f64; 2]>),
     /// Half edge lengths.
@@ -34,7 +36,7 @@ pub(crate) enum Shape {
 
 impl Shape {
     /// Shape of a source that is a formula.
-    pub(crate) fn of(source: &Source) -> Option<Self> {
+    pub fn of(source: &Source) -> Option<Self> {
         Some(match *source {
             Source::Plane { size_m } => Self::Plane(size_m.map(|s| s.map(|s| 0.5 * s))),
             Source::Box { size_m } => Self::Box(scale(size_m, 0.5)),
@@ -85,7 +87,7 @@ fn in_box(x: [f64; 3], half: [f64; 3]) -> Distance {
 
 /// A shape somewhere.
 #[derive(Clone, Debug)]
-pub(crate) struct Placed {
+pub struct Placed {
     shape: Shape,
     center: [f64; 3],
     rotation: UnitQuaternion<f64>,
@@ -93,17 +95,17 @@ pub(crate) struct Placed {
 
 impl Placed {
     /// At a place with an orientation `[x, y, z, w]`.
-    pub(crate) fn new(shape: Shape, center: [f64; 3], [x, y, z, w]: [f64; 4]) -> Self {
+    pub fn new(shape: Shape, center: [f64; 3], [x, y, z, w]: [f64; 4]) -> Self {
         Self { shape, center, rotation: UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)) }
     }
 
     /// At a pose.
-    pub(crate) fn at(shape: Shape, pose: &Pose) -> Self {
+    pub fn at(shape: Shape, pose: &Pose) -> Self {
         Self::new(shape, pose.position_m, pose.orientation)
     }
 
     /// Lower bound of the distance of anything within `radius` of `x`.
-    pub(crate) fn at_least(&self, x: [f64; 3], radius: f64) -> f64 {
+    pub fn at_least(&self, x: [f64; 3], radius: f64) -> f64 {
         let from_center = norm(sub(x, self.center));
         let of_center = match &self.shape {
             Shape::Plane(_) => {

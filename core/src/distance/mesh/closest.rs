@@ -1,6 +1,6 @@
 //! Nearest point of a triangle, and which part of the triangle it lies on.
 
-use cosplat_core::boundary::{add, dot, scale, sub};
+use crate::boundary::{add, dot, scale, sub};
 
 /// Part of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
