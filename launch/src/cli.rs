@@ -7,7 +7,9 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use crate::command::completions::CompletionsArgs;
 use crate::command::doctor::DoctorArgs;
 use crate::command::list::ListArgs;
+use crate::command::man::ManArgs;
 use crate::command::new::NewArgs;
+use crate::command::report::ReportArgs;
 use crate::command::splat::SplatArgs;
 
 /// Exit codes as the help lists them.
@@ -28,6 +30,7 @@ Examples:
   cosplat run two-tops                          run another built-in scene
   cosplat check my-scene.toml                   say what a run would do, without running
   cosplat run my-scene.toml --set clock.window=0.005
+  cosplat report out                            put all runs in `out` on one page
   cosplat new plant --splat plant.ply           write a scene around a capture
   cosplat splat info plant.ply                  say what a capture holds, and which way is up
   cosplat doctor                                say what this machine lacks";
@@ -38,10 +41,10 @@ solver NAME`; `cosplat solver --help` says more.";
 
 const RUN_EXAMPLES: &str = "\
 Examples:
-  cosplat run                                   the default scene, into `out/oscillator`
-  cosplat run scene.toml --out /tmp/a --quiet   nothing on the terminal but errors
+  cosplat run                                   the default scene, into `out/plant-and-rock`
+  cosplat run scene.toml --out out/a --quiet    nothing on the terminal but errors
   cosplat run oscillator --set clock.window=0.005 --set clock.duration=2
-  cosplat run oscillator --solver left=my-solver
+  cosplat run two-tops --solver top=rigid        another plugin for a body
   cosplat run oscillator --format json | jq .state_hash";
 
 const CHECK_EXAMPLES: &str = "\
@@ -85,6 +88,8 @@ pub(crate) enum Command {
     List(ListArgs),
     /// Write a scene to begin with
     New(NewArgs),
+    /// Put runs on one page, and compare those of one scene
+    Report(ReportArgs),
     /// Look at, convert or draw a splat file
     Splat(SplatArgs),
     /// List the solver plugins found on this machine
@@ -93,6 +98,8 @@ pub(crate) enum Command {
     Doctor(DoctorArgs),
     /// Print what a shell needs to complete commands and options
     Completions(CompletionsArgs),
+    /// Print the manual page of a command
+    Man(ManArgs),
     /// Be a solver process of a run
     ///
     /// `cosplat run` starts itself like this, once per process. The ticket that lets it join the run is read from
@@ -119,7 +126,7 @@ pub(crate) struct SceneArgs {
 #[derive(Clone, Debug, Default, Args)]
 #[command(after_help = RUN_EXAMPLES)]
 pub(crate) struct RunArgs {
-    /// Scene file, or name of a built-in scene [default: oscillator]
+    /// Scene file, or name of a built-in scene [default: plant-and-rock]
     #[arg(value_name = "SCENE")]
     pub(crate) scene: Option<String>,
     #[command(flatten)]

@@ -5,6 +5,7 @@ mod command;
 mod exit;
 mod folder;
 mod frames;
+mod gallery;
 mod geometry;
 mod hint;
 mod page;
@@ -42,6 +43,8 @@ fn main() -> ExitCode {
         Command::New(args) => finish(args.format, command::new::new(&args)),
         Command::Splat(args) => finish(args.format(), command::splat::splat(&args)),
         Command::Doctor(args) => finish(args.format, command::doctor::doctor(&args)),
+        Command::Report(args) => finish(args.format, command::report::report(&args)),
+        Command::Man(args) => finish(Format::Human, command::man::man(&args)),
         Command::Completions(args) => finish(Format::Human, command::completions::completions(&args)),
         Command::Plugins(args) => finish(args.format, supervised(async |s| command::plugins::plugins(&args, s).await)),
     }

@@ -11,10 +11,12 @@ use crate::verdict::ClosureGate;
 
 /// Points of a curve, about: more than a screen has columns.
 const POINTS: u64 = 4000;
+/// Columns that say which row it is.
+const INDEX: [&str; 2] = ["window", "time_s"];
 
 /// A table of numbers: the first column is the time.
 #[derive(Debug, Default)]
-pub(super) struct Table {
+pub(crate) struct Table {
     names: Vec<String>,
     /// One list a column; of each bunch of rows the value of largest magnitude, so that no peak is lost.
     columns: Vec<Vec<f64>>,
@@ -22,11 +24,11 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// Reads a table of about `rows` rows.
+    /// Reads a table of about `rows` rows, thinned to what a screen can show; with 0 every row is kept.
     ///
     /// # Errors
     /// The file cannot be read.
-    pub(super) fn read(path: &Path, rows: u64) -> io::Result<Self> {
+    pub(crate) fn read(path: &Path, rows: u64) -> io::Result<Self> {
         let bunch = rows.div_ceil(POINTS).max(1);
         let mut reader = csv::Reader::from_reader(File::open(path)?);
         let names: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
@@ -50,13 +52,22 @@ impl Table {
         Ok(table)
     }
 
+    /// Names of all columns but those that count and time the rows.
+    pub(crate) fn value_names(&self) -> impl Iterator<Item = &str> {
+        self.names.iter().map(String::as_str).filter(|n| !INDEX.contains(n))
+    }
+
+    /// Time \[s\] and value of a column.
+    pub(crate) fn curve(&self, name: &str) -> Option<Vec<(f64, f64)>> {
+        self.names.iter().position(|n| n == name).map(|at| self.points(at))
+    }
+
     fn points(&self, column: usize) -> Vec<(f64, f64)> {
         self.time_s.iter().copied().zip(self.columns[column].iter().copied()).collect()
     }
 
     fn line<'a>(&self, name: &'a str, column: &str, gate: Option<f64>) -> Option<Line<'a>> {
-        let at = self.names.iter().position(|n| n == column)?;
-        Some(Line { name, gate, points: self.points(at) })
+        Some(Line { name, gate, points: self.curve(column)? })
     }
 
     /// Curves of the ledger.

@@ -3,7 +3,7 @@
 //! Tables grow by whole lines that are handed to the system at every window. Files that only make sense as a whole
 //! (`run.toml`, `summary.json`) are written beside their place and renamed into it.
 
-mod curves;
+pub(crate) mod curves;
 #[cfg(test)]
 pub(crate) mod fixtures;
 pub(crate) mod ledger;
@@ -133,7 +133,7 @@ impl RunFolder {
 }
 
 /// Whether the folder was made by a run: it holds a [`RUN`] file that begins with [`MARK`].
-fn is_of_a_run(path: &Path) -> bool {
+pub(crate) fn is_of_a_run(path: &Path) -> bool {
     fs::read_to_string(path.join(RUN)).is_ok_and(|text| text.starts_with(MARK))
 }
 

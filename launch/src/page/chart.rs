@@ -36,7 +36,8 @@ pub(super) fn section(charts: &[Chart<'_>]) -> Option<Markup> {
     (!charts.is_empty()).then(|| html! { div.charts { @for chart in charts { (figure(chart)) } } })
 }
 
-fn figure(chart: &Chart<'_>) -> Markup {
+/// One chart with its legend.
+pub(super) fn figure(chart: &Chart<'_>) -> Markup {
     let lost: usize = chart.lines.iter().map(|l| l.points.iter().filter(|p| !drawable(chart, p.1)).count()).sum();
     let mut values = chart.lines.iter().flat_map(|l| &l.points).map(|p| p.1).peekable();
     let all_zero = chart.logarithmic && values.peek().is_some() && values.all(|v| v == 0.0);

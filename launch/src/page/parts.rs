@@ -177,7 +177,7 @@ pub(super) fn again(report: &Report<'_>) -> Markup {
 }
 
 /// A command line that a shell reads back as the same arguments.
-fn command(arguments: &[String]) -> String {
+pub(super) fn command(arguments: &[String]) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
     let quoted = |argument: &String| {
         if !argument.is_empty() && argument.chars().all(plain) {

@@ -6,7 +6,7 @@ use super::{Chart, Line, Picture, Report, html};
 use crate::folder::summary::{Body, Energy, Frames, Interface, LeftOut, Process, Status, Summary};
 use crate::verdict::Verdict;
 
-fn summary() -> Summary {
+pub(super) fn summary() -> Summary {
     let process = |name: &str, compute_s: f64, wait_s: f64| Process {
         name: name.into(),
         solver: "mpm".into(),
@@ -101,7 +101,7 @@ fn with_report<T>(summary: &Summary, then: impl FnOnce(&Report<'_>) -> T) -> T {
 }
 
 /// Every tag that is opened is closed, in order.
-fn assert_well_formed(page: &str) {
+pub(super) fn assert_well_formed(page: &str) {
     let mut open = Vec::new();
     let mut rest = page;
     while let Some(start) = rest.find('<') {
