@@ -15,6 +15,7 @@ pub mod ledger;
 pub mod participant;
 pub mod plan;
 pub mod plugin;
+pub mod rotation;
 pub mod scene;
 pub mod sim;
 pub mod time;

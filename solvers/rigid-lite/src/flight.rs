@@ -2,10 +2,10 @@
 
 use cosplat_core::boundary::Wrench;
 use cosplat_core::plugin::{Budget, Signal};
+use cosplat_core::rotation::{ANGLE, angular_velocity, free};
 
 use crate::V3;
 use crate::model::{Body, Flying};
-use crate::rotation::{ANGLE_PER_SUBSTEP, angular_velocity, free};
 
 /// A constant force and how it turns the body.
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +66,7 @@ pub(crate) fn fastest(body: &Body, flying: &Flying, pushes: &[Push], length: f64
 
 /// Substeps over `length` \[s\] at that rate \[rad/s\].
 pub(crate) fn substeps(rate: f64, length: f64) -> f64 {
-    (rate * length / ANGLE_PER_SUBSTEP).ceil().max(1.0)
+    (rate * length / ANGLE).ceil().max(1.0)
 }
 
 /// Flies for `length` \[s\]; answers one budget per push, or nothing if it was told to stop.

@@ -9,7 +9,6 @@ mod model;
 mod plugin;
 mod read;
 mod report;
-mod rotation;
 mod shape;
 mod step;
 

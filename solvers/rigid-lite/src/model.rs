@@ -2,10 +2,10 @@
 
 use cosplat_core::boundary::Wrench;
 use cosplat_core::plan::InterfaceId;
+use cosplat_core::rotation::angular_momentum;
 use cosplat_core::scene::Motion;
 use cosplat_core::time::Clock;
 
-use crate::rotation::angular_momentum;
 use crate::{Turn, V3};
 
 /// A scene, read.

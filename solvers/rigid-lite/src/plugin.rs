@@ -6,6 +6,7 @@ use cosplat_core::plugin::{
     BoundaryOutput, Budget, Descriptor, Inputs, InterfaceRole, Outputs, Plugin, PluginError, Pulse, Refusals, Setup,
     SetupBoundary, Signal, SolverScene, StateReader, StateSink, Step,
 };
+use cosplat_core::rotation::{ANGLE, angular_velocity};
 use cosplat_core::visual::{VisualForm, VisualState};
 use nalgebra::{Quaternion, UnitQuaternion};
 
@@ -14,7 +15,6 @@ use crate::flight::substeps;
 use crate::model::{Flying, Model, State};
 use crate::read::read;
 use crate::report::{pose, proxy, report};
-use crate::rotation::{ANGLE_PER_SUBSTEP, angular_velocity};
 use crate::step::{Given, Stage};
 
 /// Rigid bodies without contact.
@@ -55,7 +55,7 @@ impl Plugin for RigidLite {
         let setup = Setup {
             boundaries: boundaries.collect(),
             report: report(&model, &state, 0.0, &Budget::default(), &none),
-            stable_dt: fastest.map(|(rate, name)| (ANGLE_PER_SUBSTEP / rate, bound_by(name, rate))),
+            stable_dt: fastest.map(|(rate, name)| (ANGLE / rate, bound_by(name, rate))),
             particles: model.bodies.iter().map(|b| b.particles).collect(),
             left_out: scene.left_out_statics("rigid-lite"),
         };
@@ -167,7 +167,7 @@ fn given(model: &Model, inputs: &Inputs) -> Result<Vec<Option<Given>>, PluginErr
 
 /// The term that binds a substep.
 pub(crate) fn bound_by(body: &str, rate: f64) -> String {
-    format!("rotation of `{body}`: {ANGLE_PER_SUBSTEP} rad at {rate:.4} rad/s")
+    format!("rotation of `{body}`: {ANGLE} rad at {rate:.4} rad/s")
 }
 
 /// Whole substeps, or nothing where the number means that the state blew up.

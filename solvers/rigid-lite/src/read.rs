@@ -1,10 +1,10 @@
 //! From a solver's part of a scene to a [`Model`], with every feature that is missing refused by name.
 
 use cosplat_core::plugin::{Descriptor, PluginError, Refusals, SolverScene};
+use cosplat_core::rotation::{angular_momentum, angular_velocity};
 use cosplat_core::scene::{Action, ActionKind, Body as SceneBody, Field, Material, Source, VelocityField};
 
 use crate::model::{Body, Flying, Influence, InfluenceKind, Model, View};
-use crate::rotation::{angular_momentum, angular_velocity};
 use crate::shape::Shape;
 use crate::{V3, turn};
 

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use cosplat_core::boundary::{BoundaryState, ProxyRecord};
 use cosplat_core::plugin::{BodyState, Budget, Energy, Report};
+use cosplat_core::rotation::angular_velocity;
 use cosplat_core::visual::VisualState;
 use nalgebra::Matrix3;
 
 use crate::model::{Body, Flying, InfluenceKind, Model, State};
-use crate::rotation::angular_velocity;
 use crate::{V3, plain};
 
 /// State and budgets at time `t` \[s\].

@@ -1,12 +1,12 @@
 //! One step of all bodies: what acts on each, stretch by stretch, and the books.
 
 use cosplat_core::plugin::{Budget, PluginError, Signal, Step};
+use cosplat_core::rotation::angular_velocity;
 
 use crate::V3;
 use crate::flight::{Lever, Push, budget, fastest, fly, kick};
 use crate::model::{InfluenceKind, Model, State};
 use crate::plugin::{bound_by, counted};
-use crate::rotation::angular_velocity;
 
 /// Impulse of a partner on one body, angular part about the centre of mass at the start of the step.
 #[derive(Clone, Copy, Debug)]

@@ -2,6 +2,7 @@
 
 use cosplat_core::boundary::Wrench;
 use cosplat_core::plan::InterfaceId;
+use cosplat_core::rotation::angular_momentum;
 use cosplat_core::scene::Motion;
 use cosplat_core::time::Clock;
 
@@ -9,7 +10,6 @@ use crate::actions::Influence;
 use crate::joints::Joint;
 use crate::pairs::Pairs;
 use crate::params::Params;
-use crate::rotation::angular_momentum;
 use crate::shape::Part;
 use crate::walls::StaticWall;
 use crate::{Turn, V3};
@@ -165,7 +165,7 @@ impl Body {
 
     /// Its velocities.
     pub(crate) fn twist(&self, moving: &Moving) -> Twist {
-        let angular = crate::rotation::angular_velocity(&moving.turn, moving.spin, self.inverse);
+        let angular = cosplat_core::rotation::angular_velocity(&moving.turn, moving.spin, self.inverse);
         Twist { linear: moving.velocity, angular }
     }
 

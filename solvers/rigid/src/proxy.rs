@@ -1,13 +1,14 @@
 //! The record from which a resolver makes its stand-in of a body.
 
 use cosplat_core::boundary::{BoundaryState, ProxyRecord};
+use cosplat_core::rotation::angular_velocity;
 use nalgebra::Matrix3;
 
 use crate::V3;
 use crate::joints::Pushed;
 use crate::model::{Body, Model, Moving, State};
 use crate::plain;
-use crate::rotation::{angular_velocity, tensor};
+use crate::rotation::tensor;
 
 /// What the last step says about a body's near future.
 #[derive(Clone, Copy, Debug, Default)]

@@ -3,6 +3,7 @@
 use cosplat_core::asset::Asset;
 use cosplat_core::plan::LeftOut;
 use cosplat_core::plugin::{Descriptor, PluginError, Refusals, SolverScene};
+use cosplat_core::rotation::angular_momentum;
 use cosplat_core::scene::VelocityField;
 use cosplat_core::scene::{Action, ActionKind, Body as SceneBody, Field, Joint as SceneJoint, JointKind, Material};
 
@@ -11,7 +12,6 @@ use crate::joints::Joint;
 use crate::model::{Body, Model, Moving, View};
 use crate::pairs::Pairs;
 use crate::params::Params;
-use crate::rotation::angular_momentum;
 use crate::shape::Shape;
 use crate::walls::StaticWall;
 use crate::{V3, turn};

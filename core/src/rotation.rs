@@ -1,28 +1,30 @@
-//! The free rigid body by exact rotations about its principal axes.
+//! Rotation of a rigid body by its angular momentum.
 //!
-//! The kinetic energy is a sum of three terms `m_i² / 2 I_i` (m the angular momentum in the body's frame); the flow of
-//! each is a rotation about one axis at constant rate `m_i / I_i`. Their symmetric composition is symplectic, keeps |m|
-//! and leaves the angular momentum in space untouched. Sources: "Explicit Lie-Poisson integration and the Euler
-//! equations", Phys. Rev. Lett. 71 (1993); Reich, "Momentum conserving symplectic integrators", Physica D 76 (1994).
+//! The kinetic energy of a free body is a sum of three terms `m_i² / 2 I_i` (m the angular momentum in the body's frame);
+//! the flow of each is a rotation about one axis at constant rate `m_i / I_i`. Their symmetric composition is
+//! symplectic, keeps |m| and leaves the angular momentum in space untouched. Sources: "Explicit Lie-Poisson integration
+//! and the Euler equations", Phys. Rev. Lett. 71 (1993); Reich, "Momentum conserving symplectic integrators", Physica D
+//! 76 (1994).
+//!
+//! `turn` leads from the principal frame to the world, `spin` is the angular momentum about the centre of mass in world
+//! axes \[kg m²/s\], `inverse` holds the inverse principal moments \[1/(kg m²)\].
 
 use nalgebra::{Quaternion, UnitQuaternion};
 
-use crate::{Turn, V3};
+type V3 = nalgebra::Vector3<f64>;
+type Turn = UnitQuaternion<f64>;
 
 /// Five symmetric stages of second order make one of fourth: `p, p, 1 - 4p, p, p` with `p = 1 / (4 - 4^(1/3))`.
 /// Source: Suzuki (1990), "Fractal decomposition of exponential operators".
 const OUTER: f64 = 0.414_490_771_794_375_7;
 const STAGES: [f64; 5] = [OUTER, OUTER, 1.0 - 4.0 * OUTER, OUTER, OUTER];
 
-/// Largest rotation of a substep \[rad\]. At this angle the energy of the fourth-order scheme is off by less than 1e-8
+/// Largest rotation of a step \[rad\]. At this angle the energy of the fourth-order scheme is off by less than 1e-8
 /// and the phase by less than 1e-7 a turn, below what any coupling scheme here adds.
-pub(crate) const ANGLE_PER_SUBSTEP: f64 = 0.02;
+pub const ANGLE: f64 = 0.02;
 
-/// Turns a body for `h` \[s\] without torque.
-///
-/// `turn` leads from the principal frame to the world, `spin` is the angular momentum about the centre of mass in world
-/// axes \[kg m²/s\], `inverse` the inverse principal moments \[1/(kg m²)\].
-pub(crate) fn free(turn: &Turn, spin: V3, inverse: V3, h: f64) -> Turn {
+/// Turns a body for `h` \[s\] without torque, in one step of fourth order.
+pub fn free(turn: &Turn, spin: V3, inverse: V3, h: f64) -> Turn {
     let mut q = *turn.quaternion();
     let mut m = turn.inverse_transform_vector(&spin);
     for stage in STAGES {
@@ -47,12 +49,12 @@ fn about(axis: usize, sin: f64, cos: f64) -> Quaternion<f64> {
 }
 
 /// Angular velocity \[rad/s\], world axes: `ω = R I⁻¹ Rᵀ L`.
-pub(crate) fn angular_velocity(turn: &Turn, spin: V3, inverse: V3) -> V3 {
+pub fn angular_velocity(turn: &Turn, spin: V3, inverse: V3) -> V3 {
     turn * turn.inverse_transform_vector(&spin).component_mul(&inverse)
 }
 
 /// Angular momentum \[kg m²/s\], world axes: `L = R I Rᵀ ω`.
-pub(crate) fn angular_momentum(turn: &Turn, omega: V3, moments: V3) -> V3 {
+pub fn angular_momentum(turn: &Turn, omega: V3, moments: V3) -> V3 {
     turn * turn.inverse_transform_vector(&omega).component_mul(&moments)
 }
 
