@@ -148,17 +148,19 @@ impl Wrench {
 impl Impulses {
     /// Sum over the samples in their order, so that sender and receiver get the same bits \[N s\].
     pub fn total(&self) -> Vec3 {
-        match self {
-            Self::Samples(each) => each.iter().fold([0.0; 3], |sum, &j| add(sum, j)),
-            Self::Rigid(wrench) => wrench.linear,
-        }
+        self.sums().0
     }
 
     /// Sum of magnitudes \[N s\]: the scale against which a defect is judged.
     pub fn gross(&self) -> f64 {
+        self.sums().1
+    }
+
+    /// Sum and sum of magnitudes \[N s\], in one pass.
+    pub fn sums(&self) -> (Vec3, f64) {
         match self {
-            Self::Samples(each) => each.iter().map(|&j| norm(j)).sum(),
-            Self::Rigid(wrench) => norm(wrench.linear),
+            Self::Samples(each) => each.iter().fold(([0.0; 3], 0.0), |(sum, gross), &j| (add(sum, j), gross + norm(j))),
+            Self::Rigid(wrench) => (wrench.linear, norm(wrench.linear)),
         }
     }
 

@@ -70,7 +70,7 @@ fn a_frame_that_contradicts_itself_does_not_hold_the_place_of_the_right_one() {
         schema: wire::schema_hash(&declared.content),
         index: id.index,
     };
-    let (frames, _) = wire::frames(&origin, 1, vec![0; HEADER_BYTES + 48], &mut 0);
+    let (frames, _) = wire::frames(&origin, 1, wire::cut(&[0; 48]), &mut 0);
     let mut inbox = Inbox::new(RUN, EPOCH, &plan, reader);
     let mut short = frames[0].as_ref().clone();
     short.truncate(HEADER_BYTES + 32);

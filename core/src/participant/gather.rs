@@ -37,7 +37,7 @@ pub(super) fn gather(
         let stream = &joined.plan.streams[usize::from(id.stream)];
         let explain = |e| format!("message {} on `{}` in window {window}: {e}", id.index, stream.key);
         gathered.consumed.push((id.stream, id.index, message.content().unwrap_or_default()));
-        let payload = message.payload();
+        let payload = message.chunks();
         match (&stream.content, need.interface) {
             (Content::Boundary { form, .. } | Content::MidBoundary { form, .. }, Some(interface)) => {
                 let state = decode_boundary(*form, message.count(), &payload).map_err(explain)?;
@@ -46,7 +46,8 @@ pub(super) fn gather(
             (Content::Impulses { form, .. }, Some(interface)) => {
                 let impulses = decode_impulses(*form, message.count(), &payload).map_err(explain)?;
                 let impulses = about_present_centre(joined, interface, id.index, window, impulses);
-                gathered.applied.push((interface, impulses.total(), impulses.gross()));
+                let (total, gross) = impulses.sums();
+                gathered.applied.push((interface, total, gross));
                 let dropped = joined.plan.break_with == Some(Break::DropReaction);
                 gathered.inputs.impulses.push(ImpulseInput {
                     interface,

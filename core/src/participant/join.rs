@@ -200,7 +200,7 @@ impl Joined {
                 None => SampleStatics::default(),
                 Some((stream, declared)) => {
                     let Some(message) = self.inbox.message(MessageId { stream, index: 0 }) else { return Ok(None) };
-                    decode_statics(message.count(), &message.payload())
+                    decode_statics(message.count(), &message.chunks())
                         .map_err(|e| format!("`{}`: {e}", declared.key))?
                 }
             };

@@ -57,20 +57,20 @@ impl Outbox {
 
     /// Encodes statics.
     pub fn statics(&mut self, plan: &Plan, id: MessageId, statics: &SampleStatics) -> u64 {
-        let (count, buffer) = wire::encode_statics(statics);
-        self.keep(plan, id, count, buffer)
+        let (count, chunks) = wire::encode_statics(statics);
+        self.keep(plan, id, count, chunks)
     }
 
     /// Encodes a boundary.
     pub fn boundary(&mut self, plan: &Plan, id: MessageId, form: BoundaryForm, state: &BoundaryState) -> u64 {
-        let (count, buffer) = match state {
+        let (count, chunks) = match state {
             BoundaryState::Proxy(record) => {
                 let share = share_of(plan, id.stream);
                 wire::encode_boundary(form, &BoundaryState::Proxy(crate::boundary::ProxyRecord { share, ..*record }))
             }
             BoundaryState::Samples(_) => wire::encode_boundary(form, state),
         };
-        self.keep(plan, id, count, buffer)
+        self.keep(plan, id, count, chunks)
     }
 
     /// Encodes what a step gives on one stream; answers the content hash and, for impulses, the impulses.
@@ -101,8 +101,8 @@ impl Outbox {
                 let found = outputs.impulses.iter().find(|(i, _)| i == interface);
                 let (_, impulses) = found.ok_or_else(|| missing("impulses"))?;
                 wire::check_impulses(impulses).map_err(blown)?;
-                let (count, buffer) = wire::encode_impulses(impulses);
-                Ok((self.keep(plan, id, count, buffer), Some(impulses)))
+                let (count, chunks) = wire::encode_impulses(impulses);
+                Ok((self.keep(plan, id, count, chunks), Some(impulses)))
             }
         }
     }
@@ -123,21 +123,22 @@ impl Outbox {
         let found = visuals.iter().find(|(name, state)| name == body && state.has_form(*form));
         let (_, state) = found.ok_or_else(missing)?;
         wire::check_visual(state).map_err(|error| OutputError::NotFinite { key: stream.key.clone(), error })?;
-        let (count, buffer) = wire::encode_visual(state);
-        Ok(self.keep(plan, id, count, buffer))
+        let (count, chunks) = wire::encode_visual(state);
+        Ok(self.keep(plan, id, count, chunks))
     }
 
     /// Takes over a message that was published in an earlier life of the run.
     pub fn take_over(&mut self, plan: &Plan, message: &KeptMessage) -> u64 {
-        let buffer = [&[0; wire::HEADER_BYTES], message.payload.as_slice()].concat();
-        self.keep(plan, MessageId { stream: message.stream, index: message.index }, message.count, buffer)
+        let id = MessageId { stream: message.stream, index: message.index };
+        self.keep(plan, id, message.count, wire::cut(&message.payload))
     }
 
     /// Count and payload of a message, if it is still kept.
     pub fn payload(&self, id: MessageId) -> Option<(u32, Vec<u8>)> {
         let frames = self.kept.get(&id)?;
         let count = wire::Header::read(frames.first()?).ok()?.count;
-        Some((count, frames.iter().flat_map(|f| &f[wire::HEADER_BYTES..]).copied().collect()))
+        let chunks: Vec<&[u8]> = frames.iter().map(|f| &f[wire::HEADER_BYTES..]).collect();
+        Some((count, chunks.concat()))
     }
 
     /// Frames of a message, if it is still kept.
@@ -148,7 +149,7 @@ impl Outbox {
     /// Centre of mass in a kept proxy record of this participant.
     pub fn centre(&self, id: MessageId) -> Option<Vec3> {
         let payload = self.frames(id).first()?.get(wire::HEADER_BYTES..)?;
-        match wire::decode_boundary(BoundaryForm::Proxy, 1, payload) {
+        match wire::decode_boundary(BoundaryForm::Proxy, 1, &[payload]) {
             Ok(BoundaryState::Proxy(record)) => Some(record.position),
             _ => None,
         }
@@ -172,9 +173,9 @@ impl Outbox {
         self.kept.len()
     }
 
-    fn keep(&mut self, plan: &Plan, id: MessageId, count: u32, buffer: Vec<u8>) -> u64 {
+    fn keep(&mut self, plan: &Plan, id: MessageId, count: u32, chunks: Vec<Vec<u8>>) -> u64 {
         let origin = self.origin(plan, id);
-        let (frames, content) = wire::frames(&origin, count, buffer, &mut self.seq);
+        let (frames, content) = wire::frames(&origin, count, chunks, &mut self.seq);
         self.kept.insert(id, frames);
         content
     }

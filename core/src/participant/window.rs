@@ -113,7 +113,8 @@ impl<C: Checks> Participant<C> {
                 Ok((content, impulses)) => {
                     done.produced.push((id.stream, id.index, content));
                     if let (Some(j), Some(interface)) = (impulses, interface_of(joined, id.stream)) {
-                        done.sent.push((interface, j.total(), j.gross()));
+                        let (total, gross) = j.sums();
+                        done.sent.push((interface, total, gross));
                     }
                 }
                 Err(error) => {

@@ -1,10 +1,10 @@
 //! Cutting a payload into frames and putting it together again.
 
-use std::borrow::Cow;
 use std::sync::Arc;
 
 use xxhash_rust::xxh3::xxh3_64;
 
+use super::arrays::Writer;
 use super::header::{HEADER_BYTES, Header, Kind, MAGIC, VERSION};
 use crate::control::RunId;
 use crate::participant::Frame;
@@ -53,43 +53,32 @@ impl Origin {
     }
 }
 
-/// Frames of one message and its content hash. `buffer` holds [`HEADER_BYTES`] free bytes, then the payload; where one
-/// frame is enough it becomes that frame without a copy. `seq` counts the sender's frames and is advanced.
-pub fn frames(origin: &Origin, count: u32, mut buffer: Vec<u8>, seq: &mut u64) -> (Vec<Frame>, u64) {
-    let payload = &buffer[HEADER_BYTES..];
-    let length = payload.len();
-    let hashes: Vec<u64> = chunks_of(payload).map(xxh3_64).collect();
+/// Frames of one message and its content hash. Each of `chunks` holds [`HEADER_BYTES`] free bytes, then its part of the
+/// payload, and becomes a frame without a copy. `seq` counts the sender's frames and is advanced.
+pub fn frames(origin: &Origin, count: u32, mut chunks: Vec<Vec<u8>>, seq: &mut u64) -> (Vec<Frame>, u64) {
+    let hashes: Vec<u64> = chunks.iter().map(|chunk| xxh3_64(&chunk[HEADER_BYTES..])).collect();
+    let length: usize = chunks.iter().map(|chunk| chunk.len() - HEADER_BYTES).sum();
     let content = xxh3_64(bytemuck::cast_slice(&hashes));
-    let header_of = |chunk: usize, seq: u64| {
-        Header {
+    for ((chunk, hash), number) in chunks.iter_mut().zip(&hashes).zip(0..) {
+        let header = Header {
             count,
-            chunk: chunk as u32,
+            chunk: number,
             chunks: hashes.len() as u32,
             length: length as u64,
             content,
-            ..origin.header(Kind::Data, seq)
-        }
-        .sealed(hashes[chunk])
-    };
-    let first = *seq;
-    *seq += hashes.len() as u64;
-    if hashes.len() == 1 {
-        buffer[..HEADER_BYTES].copy_from_slice(bytemuck::bytes_of(&header_of(0, first)));
-        return (vec![Arc::new(buffer)], content);
+            ..origin.header(Kind::Data, *seq)
+        };
+        chunk[..HEADER_BYTES].copy_from_slice(bytemuck::bytes_of(&header.sealed(*hash)));
+        *seq += 1;
     }
-    let cut = chunks_of(payload).enumerate().map(|(i, chunk)| {
-        let mut frame = Vec::with_capacity(HEADER_BYTES + chunk.len());
-        frame.extend_from_slice(bytemuck::bytes_of(&header_of(i, first + i as u64)));
-        frame.extend_from_slice(chunk);
-        Arc::new(frame)
-    });
-    (cut.collect(), content)
+    (chunks.into_iter().map(Arc::new).collect(), content)
 }
 
-/// Chunks of a payload; an empty payload is one empty chunk.
-fn chunks_of(payload: &[u8]) -> impl Iterator<Item = &[u8]> {
-    let empty = payload.is_empty().then_some(payload);
-    empty.into_iter().chain(payload.chunks(CHUNK_BYTES))
+/// A payload in chunks, each behind room for a header; an empty payload is one empty chunk.
+pub fn cut(payload: &[u8]) -> Vec<Vec<u8>> {
+    let mut out = Writer::new(payload.len());
+    out.bytes(payload);
+    out.finish()
 }
 
 /// A frame that shows a stream works.
@@ -167,13 +156,8 @@ impl Message {
         self.header.count as usize
     }
 
-    /// The payload; copied only where there are several chunks.
-    pub fn payload(&self) -> Cow<'_, [u8]> {
-        if let [Some((frame, _))] = self.chunks.as_slice() {
-            return Cow::Borrowed(&frame[HEADER_BYTES..]);
-        }
-        let mut whole = Vec::with_capacity(self.chunks.iter().flatten().map(|(f, _)| f.len()).sum());
-        self.chunks.iter().flatten().for_each(|(frame, _)| whole.extend_from_slice(&frame[HEADER_BYTES..]));
-        Cow::Owned(whole)
+    /// The payload, chunk by chunk, as far as it is there.
+    pub fn chunks(&self) -> Vec<&[u8]> {
+        self.chunks.iter().flatten().map(|(frame, _)| &frame[HEADER_BYTES..]).collect()
     }
 }

@@ -97,8 +97,8 @@ pub fn payload_bytes(content: &Content, count: usize) -> usize {
     }
 }
 
-/// Payload of a boundary, behind room for a header, and its count.
-pub fn encode_boundary(form: BoundaryForm, state: &BoundaryState) -> (u32, Vec<u8>) {
+/// Payload of a boundary, in chunks behind room for their headers, and its count.
+pub fn encode_boundary(form: BoundaryForm, state: &BoundaryState) -> (u32, Vec<Vec<u8>>) {
     match state {
         BoundaryState::Proxy(p) => {
             let mut numbers = Vec::with_capacity(PROXY_NUMBERS);
@@ -113,7 +113,7 @@ pub fn encode_boundary(form: BoundaryForm, state: &BoundaryState) -> (u32, Vec<u
             numbers.extend(p.background_angular);
             let mut out = Writer::new(numbers.len() * 8 + 16);
             out.raw(bytemuck::cast_slice(&numbers));
-            (1, out.0)
+            (1, out.finish())
         }
         BoundaryState::Samples(s) => {
             let n = s.position.len();
@@ -135,7 +135,7 @@ pub fn encode_boundary(form: BoundaryForm, state: &BoundaryState) -> (u32, Vec<u
                     out.raw(bytemuck::cast_slice(&s.normal));
                 }
             }
-            (n as u32, out.0)
+            (n as u32, out.finish())
         }
     }
 }
@@ -148,10 +148,10 @@ fn has_normals(form: BoundaryForm) -> bool {
 ///
 /// # Errors
 /// [`PayloadError`].
-pub fn decode_boundary(form: BoundaryForm, count: usize, bytes: &[u8]) -> Result<BoundaryState, PayloadError> {
+pub fn decode_boundary(form: BoundaryForm, count: usize, chunks: &[&[u8]]) -> Result<BoundaryState, PayloadError> {
     let content = Content::Boundary { body: String::new(), form };
-    check_length(&content, count, bytes)?;
-    let mut input = Reader(bytes);
+    check_length(&content, count, chunks)?;
+    let mut input = Reader::new(chunks);
     if form == BoundaryForm::Proxy {
         return decode_proxy(&input.list::<f64>(PROXY_NUMBERS)).map(BoundaryState::Proxy);
     }
@@ -218,23 +218,23 @@ fn decode_proxy(n: &[f64]) -> Result<ProxyRecord, PayloadError> {
     }
 }
 
-/// Payload of a body's statics.
-pub fn encode_statics(statics: &SampleStatics) -> (u32, Vec<u8>) {
+/// Payload of a body's statics, as of a boundary.
+pub fn encode_statics(statics: &SampleStatics) -> (u32, Vec<Vec<u8>>) {
     let mut out = Writer::new(statics.len() * 32 + 64);
     out.raw(bytemuck::cast_slice(&statics.id));
     out.raw(bytemuck::cast_slice(&statics.area_m2));
     out.raw(bytemuck::cast_slice(&statics.volume_m3));
     out.raw(bytemuck::cast_slice(&statics.mass_kg));
-    (statics.len() as u32, out.0)
+    (statics.len() as u32, out.finish())
 }
 
 /// Statics of `count` samples.
 ///
 /// # Errors
 /// [`PayloadError`].
-pub fn decode_statics(count: usize, bytes: &[u8]) -> Result<SampleStatics, PayloadError> {
-    check_length(&Content::Statics { body: String::new() }, count, bytes)?;
-    let mut input = Reader(bytes);
+pub fn decode_statics(count: usize, chunks: &[&[u8]]) -> Result<SampleStatics, PayloadError> {
+    check_length(&Content::Statics { body: String::new() }, count, chunks)?;
+    let mut input = Reader::new(chunks);
     let statics = SampleStatics {
         id: input.list(count),
         area_m2: input.list(count),
@@ -247,18 +247,18 @@ pub fn decode_statics(count: usize, bytes: &[u8]) -> Result<SampleStatics, Paylo
     Ok(statics)
 }
 
-/// Payload of impulses.
-pub fn encode_impulses(impulses: &Impulses) -> (u32, Vec<u8>) {
+/// Payload of impulses, as of a boundary.
+pub fn encode_impulses(impulses: &Impulses) -> (u32, Vec<Vec<u8>>) {
     match impulses {
         Impulses::Samples(each) => {
             let mut out = Writer::new(each.len() * 24 + 16);
             out.raw(bytemuck::cast_slice(each));
-            (each.len() as u32, out.0)
+            (each.len() as u32, out.finish())
         }
         Impulses::Rigid(w) => {
             let mut out = Writer::new(WRENCH_NUMBERS * 8);
             out.raw(bytemuck::bytes_of(&[w.linear, w.angular]));
-            (1, out.0)
+            (1, out.finish())
         }
     }
 }
@@ -267,9 +267,9 @@ pub fn encode_impulses(impulses: &Impulses) -> (u32, Vec<u8>) {
 ///
 /// # Errors
 /// [`PayloadError`].
-pub fn decode_impulses(form: BoundaryForm, count: usize, bytes: &[u8]) -> Result<Impulses, PayloadError> {
-    check_length(&Content::Impulses { interface: 0, form }, count, bytes)?;
-    let mut input = Reader(bytes);
+pub fn decode_impulses(form: BoundaryForm, count: usize, chunks: &[&[u8]]) -> Result<Impulses, PayloadError> {
+    check_length(&Content::Impulses { interface: 0, form }, count, chunks)?;
+    let mut input = Reader::new(chunks);
     if form == BoundaryForm::Proxy {
         let n = input.list::<f64>(WRENCH_NUMBERS);
         let wrench = Impulses::Rigid(Wrench { linear: [n[0], n[1], n[2]], angular: [n[3], n[4], n[5]] });
@@ -279,8 +279,8 @@ pub fn decode_impulses(form: BoundaryForm, count: usize, bytes: &[u8]) -> Result
     check_impulses(&each).map(|()| each)
 }
 
-/// Whether `bytes` can hold `count` elements; after this nothing is allocated that they do not fill.
-pub(super) fn check_length(content: &Content, count: usize, bytes: &[u8]) -> Result<(), PayloadError> {
+/// Whether `chunks` can hold `count` elements; after this nothing is allocated that they do not fill.
+pub(super) fn check_length(content: &Content, count: usize, chunks: &[&[u8]]) -> Result<(), PayloadError> {
     use Content::{Boundary, Impulses, MidBoundary, Visual};
     if count != 1
         && let Boundary { form: BoundaryForm::Proxy, .. }
@@ -290,13 +290,28 @@ pub(super) fn check_length(content: &Content, count: usize, bytes: &[u8]) -> Res
     {
         return Err(PayloadError::Count { found: count });
     }
-    let expected = payload_bytes(content, count);
-    if bytes.len() == expected { Ok(()) } else { Err(PayloadError::Length { expected, found: bytes.len() }) }
+    let (expected, found) = (payload_bytes(content, count), chunks.iter().map(|chunk| chunk.len()).sum());
+    if found == expected { Ok(()) } else { Err(PayloadError::Length { expected, found }) }
 }
 
 pub(super) fn finite(array: &'static str, values: &[f64]) -> Result<(), PayloadError> {
+    if all_finite(values) {
+        return Ok(());
+    }
     match values.iter().position(|v| !v.is_finite()) {
         Some(index) => Err(PayloadError::NotFinite { array, index }),
         None => Ok(()),
     }
+}
+
+/// Zero times a number is zero for a finite one and NaN for any other. Several sums, so that none waits for another.
+fn all_finite(values: &[f64]) -> bool {
+    let (blocks, rest) = values.as_chunks::<8>();
+    let mut sums = [0.0; 8];
+    for block in blocks {
+        for (sum, value) in sums.iter_mut().zip(block) {
+            *sum += value * 0.0;
+        }
+    }
+    sums.iter().all(|s| *s == 0.0) && rest.iter().all(|v| v.is_finite())
 }

@@ -28,8 +28,8 @@ pub(super) fn payload_bytes(form: VisualForm, count: usize) -> usize {
     }
 }
 
-/// Payload of a visual state, behind room for a header, and its count.
-pub fn encode_visual(state: &VisualState) -> (u32, Vec<u8>) {
+/// Payload of a visual state, in chunks behind room for their headers, and its count.
+pub fn encode_visual(state: &VisualState) -> (u32, Vec<Vec<u8>>) {
     match state {
         VisualState::Pose { position, orientation } => {
             let mut out = Writer::new(POSE_NUMBERS * 8 + 16);
@@ -37,7 +37,7 @@ pub fn encode_visual(state: &VisualState) -> (u32, Vec<u8>) {
             numbers[..3].copy_from_slice(position);
             numbers[3..].copy_from_slice(orientation);
             out.raw(bytemuck::cast_slice(&numbers));
-            (1, out.0)
+            (1, out.finish())
         }
         VisualState::Particles { position, gradient } => {
             let n = position.len();
@@ -48,7 +48,7 @@ pub fn encode_visual(state: &VisualState) -> (u32, Vec<u8>) {
             if !gradient.is_empty() {
                 out.raw(bytemuck::cast_slice(gradient));
             }
-            (n as u32, out.0)
+            (n as u32, out.finish())
         }
     }
 }
@@ -57,9 +57,9 @@ pub fn encode_visual(state: &VisualState) -> (u32, Vec<u8>) {
 ///
 /// # Errors
 /// [`PayloadError`].
-pub fn decode_visual(form: VisualForm, count: usize, bytes: &[u8]) -> Result<VisualState, PayloadError> {
-    check_length(&Content::Visual { body: String::new(), form }, count, bytes)?;
-    let mut input = Reader(bytes);
+pub fn decode_visual(form: VisualForm, count: usize, chunks: &[&[u8]]) -> Result<VisualState, PayloadError> {
+    check_length(&Content::Visual { body: String::new(), form }, count, chunks)?;
+    let mut input = Reader::new(chunks);
     let state = match form {
         VisualForm::Pose => {
             let n = input.list::<f64>(POSE_NUMBERS);

@@ -2,7 +2,7 @@
 
 use cosplat_core::participant::Frame;
 use cosplat_core::plan::Content;
-use cosplat_core::wire::{self, CHUNK_BYTES, HEADER_BYTES, Header, Message};
+use cosplat_core::wire::{self, CHUNK_BYTES, Header, Message};
 use proptest::prelude::*;
 
 use crate::sample::{contents, frame, origin};
@@ -23,8 +23,7 @@ fn filled(length: usize, seed: u64) -> Vec<u8> {
 }
 
 fn cut(payload: &[u8], count: u32) -> (Vec<Frame>, u64) {
-    let buffer = [&[0; HEADER_BYTES], payload].concat();
-    wire::frames(&origin(&statics()), count, buffer, &mut 0)
+    wire::frames(&origin(&statics()), count, wire::cut(payload), &mut 0)
 }
 
 /// Puts frames together; what is there twice counts once.
@@ -83,7 +82,7 @@ proptest! {
         prop_assert!(message.is_complete());
         prop_assert_eq!(message.content(), Some(content));
         prop_assert_eq!(message.count(), count as usize);
-        prop_assert!(*message.payload() == *payload);
+        prop_assert!(message.chunks().concat() == *payload);
     }
 
     #[test]
@@ -118,7 +117,7 @@ fn a_chunk_of_another_message_is_not_taken() {
 #[test]
 fn frames_are_numbered_through() {
     let mut seq = 7;
-    let buffer = |length: usize| vec![0; HEADER_BYTES + length];
+    let buffer = |length: usize| wire::cut(&vec![0; length]);
     let (first, _) = wire::frames(&origin(&statics()), 1, buffer(CHUNK_BYTES + 1), &mut seq);
     let (second, _) = wire::frames(&origin(&statics()), 1, buffer(0), &mut seq);
     let probe = wire::probe(&origin(&statics()), &mut seq);

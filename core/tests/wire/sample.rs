@@ -95,8 +95,8 @@ fn visuals() -> [(VisualForm, &'static str, VisualState); 3] {
     ]
 }
 
-/// Count and buffer of a value.
-pub(crate) fn encode(content: &Content, value: &Value) -> (u32, Vec<u8>) {
+/// Count and chunks of a value.
+pub(crate) fn encode(content: &Content, value: &Value) -> (u32, Vec<Vec<u8>>) {
     match (content, value) {
         (Content::Statics { .. }, Value::Statics(statics)) => wire::encode_statics(statics),
         (Content::Boundary { form, .. } | Content::MidBoundary { form, .. }, Value::Boundary(state)) => {
@@ -108,8 +108,10 @@ pub(crate) fn encode(content: &Content, value: &Value) -> (u32, Vec<u8>) {
     }
 }
 
-/// Value of a payload.
+/// Value of a payload, in two chunks whose border lies inside of an element: that must make no difference.
 pub(crate) fn decode(content: &Content, count: usize, payload: &[u8]) -> Result<Value, wire::PayloadError> {
+    let (head, tail) = payload.split_at(payload.len() / 3);
+    let payload = &[head, tail];
     match content {
         Content::Statics { .. } => wire::decode_statics(count, payload).map(Value::Statics),
         Content::Boundary { form, .. } | Content::MidBoundary { form, .. } => {
@@ -122,8 +124,8 @@ pub(crate) fn decode(content: &Content, count: usize, payload: &[u8]) -> Result<
 
 /// Count and payload of a value, without room for a header.
 pub(crate) fn payload(content: &Content, value: &Value) -> (usize, Vec<u8>) {
-    let (count, buffer) = encode(content, value);
-    (count as usize, buffer[HEADER_BYTES..].to_vec())
+    let (count, chunks) = encode(content, value);
+    (count as usize, chunks.iter().flat_map(|chunk| &chunk[HEADER_BYTES..]).copied().collect())
 }
 
 /// Where the messages of the fixtures come from.
@@ -133,8 +135,8 @@ pub(crate) fn origin(content: &Content) -> Origin {
 
 /// The one frame of a small message.
 pub(crate) fn frame(content: &Content, value: &Value) -> Frame {
-    let (count, buffer) = encode(content, value);
-    let (frames, _) = wire::frames(&origin(content), count, buffer, &mut 41);
+    let (count, chunks) = encode(content, value);
+    let (frames, _) = wire::frames(&origin(content), count, chunks, &mut 41);
     let [frame] = frames.try_into().expect("a small message is one frame");
     frame
 }
