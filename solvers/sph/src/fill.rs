@@ -2,10 +2,11 @@
 
 use cosplat_core::asset::Asset;
 use cosplat_core::boundary::Vec3;
+use cosplat_core::distance::{Shape, SignedDistance};
 use cosplat_core::plugin::SolverScene;
 use cosplat_core::scene::{Body, Source};
 
-use crate::shape::Shape;
+use crate::frame::bounds;
 
 /// Particles across the smallest extent of a body without a spacing.
 const ACROSS: f64 = 10.0;
@@ -15,7 +16,7 @@ pub(crate) fn spacing(scene: &SolverScene, body: &Body) -> Result<f64, String> {
     if let Some(Asset::Particles(cloud)) = scene.assets.get(&body.name).map(AsRef::as_ref) {
         return Ok(cloud.spacing_m);
     }
-    let half = Shape::of(&body.source).and_then(|s| s.half());
+    let half = Shape::of(&body.source).and_then(|s| bounds(&s)).map(|[_, half]| half);
     let chosen = half.map(|h| 2.0 * h.iter().copied().fold(f64::INFINITY, f64::min) / ACROSS);
     let found = body.spacing_m.or(chosen).filter(|s| s.is_finite() && *s > 0.0);
     found.ok_or_else(|| format!("bodies without a positive `spacing` (body `{}`)", body.name))
@@ -37,7 +38,7 @@ pub(crate) fn fill(scene: &SolverScene, body: &Body, spacing: f64) -> Result<(Ve
         return Ok((positions_m.clone(), vec![whole; positions_m.len()]));
     }
     let shape = Shape::of(&body.source);
-    let Some((shape, half)) = shape.and_then(|s| Some((s, s.half()?))) else {
+    let Some((shape, half)) = shape.and_then(|s| bounds(&s).map(|[_, half]| (s, half))) else {
         return Err(format!("bodies from a source that was not prepared as particles (body `{}`)", body.name));
     };
     let count = half.map(|h| (2.0 * h / spacing).round().max(1.0) as usize);
@@ -49,7 +50,7 @@ pub(crate) fn fill(scene: &SolverScene, body: &Body, spacing: f64) -> Result<(Ve
             points.extend((0..count[2]).map(|k| [at(0, i), at(1, j), at(2, k)]));
         }
     }
-    points.retain(|&x| shape.distance(x) <= 1e-9 * spacing);
+    points.retain(|&x| shape.distance(x).0 <= 1e-9 * spacing);
     if points.is_empty() {
         points.push([0.0; 3]);
     }

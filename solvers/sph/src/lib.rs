@@ -22,8 +22,7 @@
 //! negative. Spray, a particle with few neighbours, forgets that it was rarefied. The kernel is Wendland's C2 with a
 //! smoothing length of 1.2 spacings.
 //!
-//! A wall is continued below its surface by a lattice of boundary particles as deep as the kernel reaches (`shell`, for
-//! meshes `mesh`); a plane's are made where the liquid is. Where static solids overlap, the first one counts. A partner
+//! A wall is continued below its surface by a lattice of boundary particles as deep as the kernel reaches (`shell`); a plane's are made where the liquid is. Where static solids overlap, the first one counts. A partner
 //! that shows samples has one layer, or two where its samples have volume and normals; samples farther apart than one and
 //! a half spacings are refused.
 //!
@@ -32,14 +31,14 @@
 //! bodies of different spacing in one process. A rough wall is one without slip; this is said in the plan.
 //!
 //! Known limits: a liquid at rest keeps its lattice, which resists slow shear; one layer of samples holds a thin layer of
-//! liquid, not a tank; the inside of a static mesh is not cleared of liquid at the start.
+//! liquid, not a tank.
 
 mod fill;
 mod force;
+mod frame;
 mod grid;
 mod kernel;
 mod lanes;
-mod mesh;
 mod model;
 mod near;
 mod params;
@@ -48,7 +47,6 @@ mod plugin;
 mod proxy;
 mod read;
 mod report;
-mod shape;
 mod shell;
 mod sim;
 mod store;

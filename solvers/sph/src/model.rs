@@ -1,11 +1,12 @@
 //! What never changes in a run.
 
 use cosplat_core::boundary::Vec3;
+use cosplat_core::distance::{Placed, Shape, SignedDistance};
 use cosplat_core::plan::InterfaceId;
 
+use crate::frame::Frame;
 use crate::kernel::Kernel;
 use crate::params::Params;
-use crate::shape::{Frame, Shape};
 use crate::shell::Piece;
 
 /// A body.
@@ -83,8 +84,8 @@ pub(crate) struct Model {
     pub(crate) start: Vec<Vec3>,
     /// Solids.
     pub(crate) solids: Vec<Solid>,
-    /// Static solids that are formulas, with their number among the solids.
-    pub(crate) formulas: Vec<(usize, Frame, Shape)>,
+    /// Where static solids are, with their number among the solids.
+    pub(crate) statics: Vec<(usize, Placed)>,
     /// Pairs that touch.
     pub(crate) faces: Vec<Face>,
     /// Interfaces, in the scene's order.
@@ -104,7 +105,7 @@ pub(crate) struct Model {
 impl Model {
     /// Whether a place \[m\] lies inside a static solid before number `solid` among the solids.
     pub(crate) fn taken(&self, x: Vec3, solid: usize) -> bool {
-        let before = self.formulas.iter().take_while(|f| f.0 < solid);
-        before.into_iter().any(|(_, frame, shape)| shape.distance(frame.into_local(x)) < -1e-6 * self.spacing)
+        let mut before = self.statics.iter().take_while(|s| s.0 < solid);
+        before.any(|(_, placed)| placed.distance(x).0 < -1e-6 * self.spacing)
     }
 }

@@ -6,7 +6,7 @@
 use cosplat_core::boundary::{ProxyRecord, Vec3, add, cross, norm, scale, sub};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-use crate::shape::Frame;
+use crate::frame::Frame;
 use crate::shell::Piece;
 
 /// The stand-in.

@@ -1,19 +1,20 @@
 //! From a solver's part of a scene to a [`Model`], with every feature that is missing refused by name.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use cosplat_core::asset::Asset;
+use cosplat_core::asset::{Asset, AssetError, TriangleMesh};
 use cosplat_core::boundary::{Vec3, add, norm, scale};
+use cosplat_core::distance::{MeshSolid, Placed, Shape, SignedDistance};
 use cosplat_core::plan::{BoundaryForm, LeftOut};
 use cosplat_core::plugin::{Descriptor, PluginError, Refusals, SolverScene, ViewRole};
 use cosplat_core::scene::{ActionKind, Body, Material, PairSpec, Source, StaticCollider, Wall};
 
 use crate::fill::{fill, spacing};
+use crate::frame::Frame;
 use crate::kernel::Kernel;
-use crate::mesh::{mesh_shell, not_solid};
 use crate::model::{Face, Gravity, Liquid, Model, Solid};
 use crate::params::Params;
-use crate::shape::{Frame, Shape};
 use crate::shell::{Piece, shell};
 use crate::store::Store;
 
@@ -49,7 +50,7 @@ pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read,
         mass: Vec::new(),
         start: Vec::new(),
         solids: Vec::new(),
-        formulas: Vec::new(),
+        statics: Vec::new(),
         faces: Vec::new(),
         interfaces: scene.interfaces.iter().map(|v| v.id).collect(),
         gravity: Vec::new(),
@@ -85,19 +86,21 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Boundary particles of a solid in its own frame, or about its centre of mass; none for planes.
-    fn pieces(&mut self, name: &str, source: &Source, about_centre: bool) -> Option<Vec<Piece>> {
-        let (spacing, depth) = (self.model.spacing, self.model.kernel.reach);
+    /// Shape of a solid in its own frame, or about its centre of mass.
+    fn shape(&mut self, name: &str, source: &Source, about_centre: bool) -> Option<Shape> {
         let made = match (Shape::of(source), self.scene.assets.get(name).map(AsRef::as_ref)) {
-            (Some(Shape::Plane(_)), _) => Err("a plane that moves".to_owned()),
-            (Some(shape), _) => shell(&shape, spacing, depth),
-            (None, Some(Asset::Mesh(mesh))) => Asset::Mesh(mesh.clone())
-                .check()
-                .and_then(|()| mesh.solid())
-                .map_err(|why| not_solid(&why))
-                .and_then(|s| mesh_shell(mesh, if about_centre { s.centroid_m } else { [0.0; 3] }, spacing, depth)),
+            (Some(shape), _) => Ok(shape),
+            (None, Some(asset @ Asset::Mesh(mesh))) => {
+                asset.check().and_then(|()| of_mesh(mesh, about_centre)).map_err(|why| not_solid(&why))
+            }
             _ => Err("anything but a plane, box, sphere, cylinder or closed triangle mesh".to_owned()),
         };
+        made.map_err(|why| self.refusals.push(format!("`{name}` as a solid: {why}"))).ok()
+    }
+
+    /// Boundary particles of a shape in its own frame; none for planes.
+    fn pieces(&mut self, name: &str, shape: &Shape) -> Option<Vec<Piece>> {
+        let made = shell(shape, self.model.spacing, self.model.kernel.reach);
         made.map_err(|why| self.refusals.push(format!("`{name}` as a solid: {why}"))).ok()
     }
 
@@ -106,16 +109,16 @@ impl Reader<'_> {
             self.refusals.push(format!("moving static colliders (`{}`)", wall.name));
         }
         let (frame, solid) = (Frame::at(&wall.pose), self.model.solids.len());
-        let shape = Shape::of(&wall.source);
-        let made = if let Some(plane @ Shape::Plane(_)) = shape {
-            Solid::Plane(frame, plane)
+        let Some(shape) = self.shape(&wall.name, &wall.source, false) else { return };
+        let made = if matches!(shape, Shape::Plane(_)) {
+            Solid::Plane(frame, shape.clone())
         } else {
-            let Some(pieces) = self.pieces(&wall.name, &wall.source, false) else { return };
+            let Some(pieces) = self.pieces(&wall.name, &shape) else { return };
             let world = pieces.into_iter().map(|(x, v)| (frame.out(x), v));
             Solid::Fixed(world.filter(|(x, _)| !self.model.taken(*x, solid)).collect())
         };
         self.model.solids.push(made);
-        self.model.formulas.extend(shape.map(|shape| (solid, frame, shape)));
+        self.model.statics.push((solid, Placed::at(shape, &wall.pose)));
         for (body, own) in self.scene.bodies.iter().enumerate() {
             let pair = self.pair(&own.name, &wall.name);
             let plain = match wall.wall {
@@ -173,8 +176,7 @@ impl Reader<'_> {
         let near = TOO_NEAR * self.model.spacing;
         for (&point, volume) in points.iter().zip(&volumes) {
             let x = body.pose.apply(point);
-            let solids = &self.model.formulas;
-            if solids.iter().any(|(_, frame, shape)| shape.distance(frame.into_local(x)) < near) {
+            if self.model.statics.iter().any(|(_, placed)| placed.distance(x).0 < near) {
                 continue;
             }
             self.model.body.push(index as u32);
@@ -256,7 +258,8 @@ impl Reader<'_> {
                         self.refusals.push(format!("rigid partners without a shape (`{}`)", view.partner));
                         continue;
                     };
-                    let Some(pieces) = self.pieces(&view.partner, source, true) else { continue };
+                    let shape = self.shape(&view.partner, source, true);
+                    let Some(pieces) = shape.and_then(|shape| self.pieces(&view.partner, &shape)) else { continue };
                     Solid::Rigid(view.partner.clone(), pieces)
                 } else {
                     Solid::Sampled(view.partner.clone())
@@ -280,4 +283,20 @@ impl Reader<'_> {
             }
         }
     }
+}
+
+/// Solid that a mesh encloses.
+fn of_mesh(mesh: &TriangleMesh, about_centre: bool) -> Result<Shape, AssetError> {
+    let origin = if about_centre { mesh.solid()?.centroid_m } else { [0.0; 3] };
+    Ok(Shape::Mesh(Arc::new(MeshSolid::exact(mesh, origin)?)))
+}
+
+/// What a mesh must be to be a solid, in words.
+fn not_solid(why: &AssetError) -> String {
+    let hint = if matches!(why, AssetError::Open(_)) {
+        "; close its holes and merge vertices at the same place, or use a box, sphere, cylinder or plane"
+    } else {
+        ""
+    };
+    format!("{why}{hint}")
 }

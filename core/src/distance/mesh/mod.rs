@@ -31,14 +31,28 @@ impl MeshSolid {
     /// # Errors
     /// [`AssetError`] where it encloses no solid.
     pub fn new(mesh: &TriangleMesh, origin: [f64; 3], dx: f64) -> Result<Self, AssetError> {
+        let exact = Self::exact(mesh, origin)?;
+        let field = Field::new(&exact.tree, exact.low, exact.high, dx);
+        Ok(Self { field, ..exact })
+    }
+
+    /// The mesh with `origin` \[m\] moved to zero, without a cache: for those who ask once.
+    ///
+    /// # Errors
+    /// [`AssetError`] where it encloses no solid.
+    pub fn exact(mesh: &TriangleMesh, origin: [f64; 3]) -> Result<Self, AssetError> {
         mesh.solid()?;
         let vertices: Vec<[f64; 3]> = mesh.vertices_m.iter().map(|&v| sub(v, origin)).collect();
         let tree = Tree::new(&vertices, &mesh.triangles);
         let fold = |f: fn(f64, f64) -> f64, start: f64| [0, 1, 2].map(|k| vertices.iter().map(|v| v[k]).fold(start, f));
         let (low, high) = (fold(f64::min, f64::INFINITY), fold(f64::max, f64::NEG_INFINITY));
-        let field = Field::new(&tree, low, high, dx);
         let radius = vertices.iter().map(|&v| norm(v)).fold(0.0, f64::max);
-        Ok(Self { tree, field, low, high, radius })
+        Ok(Self { tree, field: None, low, high, radius })
+    }
+
+    /// Corners of its box \[m\].
+    pub fn bounds(&self) -> [[f64; 3]; 2] {
+        [self.low, self.high]
     }
 
     /// Radius about the origin that holds it \[m\].
