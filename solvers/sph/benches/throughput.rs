@@ -21,12 +21,13 @@ use common::{Run, liquid, scene, tank, water};
 use cosplat_core::scene::Wall;
 
 fn main() {
-    for threads in [1, 2] {
+    for (pressure, threads) in [("wcsph", 1), ("wcsph", 2), ("dfsph", 2)] {
         let (n, d) = (40.0, 0.01);
         let side = n * d;
         let body = liquid(water(30.0, 1.0), [side; 3], [0.5 * side; 3], d);
         let mut start = scene(vec![body], tank(2.0 * side, side, Wall::Slip), 4e-3);
         start.threads = threads;
+        start.params.insert("pressure".into(), pressure.into());
         let mut run = Run::new(start);
         let particles: u64 = run.setup.particles.iter().sum();
         let mut best = 0.0_f64;
@@ -37,7 +38,7 @@ fn main() {
             let rate = particles as f64 * (run.substeps - before) as f64 / clock.elapsed().as_secs_f64();
             best = best.max(rate);
         }
-        println!("{threads} threads: {particles} particles, {:.2} M particle-substeps/s", best / 1e6);
+        println!("{pressure}, {threads} threads: {particles} particles, {:.2} M particle-substeps/s", best / 1e6);
         println!("{:?}", last.unwrap().report.counters);
     }
 }

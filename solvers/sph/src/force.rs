@@ -180,7 +180,7 @@ impl Pass<'_> {
                     smooth -= slope * (denser + steep[0] + steep[1] + steep[2]);
                 }
                 for b in walls.near(i).chunks_exact(LANES) {
-                    let others = Four::new(own, &walls.moving, b);
+                    let others = Four::new(own, walls.packs(), b);
                     squeeze += kernel.slopes(others.r) * others.volume * others.approach();
                     sum += kernel.weights(others.r) * others.volume;
                 }

@@ -16,6 +16,8 @@ pub(crate) struct Kernel {
     pub(crate) half_inverse: f64,
     pub(crate) alpha: f64,
     pub(crate) slope: f64,
+    /// Sum over a cubic lattice, times the volume of its cells.
+    lattice_sum: f64,
 }
 
 impl Kernel {
@@ -23,7 +25,19 @@ impl Kernel {
     pub(crate) fn new(spacing: f64) -> Self {
         let h = SMOOTHING * spacing;
         let alpha = 21.0 / (16.0 * std::f64::consts::PI * h * h * h);
-        Self { h, reach: 2.0 * h, half_inverse: 0.5 / h, alpha, slope: -5.0 * alpha / (h * h) }
+        let slope = -5.0 * alpha / (h * h);
+        let mut kernel = Self { h, reach: 2.0 * h, half_inverse: 0.5 / h, alpha, slope, lattice_sum: 0.0 };
+        for (i, j, k) in (-2..=2).flat_map(|i| (-2..=2).flat_map(move |j| (-2..=2).map(move |k| (i, j, k)))) {
+            kernel.lattice_sum += kernel.weight(f64::from(i * i + j * j + k * k).sqrt() * spacing);
+        }
+        kernel.lattice_sum *= spacing * spacing * spacing;
+        kernel
+    }
+
+    /// The same, scaled so that its sum over a cubic lattice is exactly one.
+    pub(crate) fn scaled(&self) -> Self {
+        let one = 1.0 / self.lattice_sum;
+        Self { alpha: self.alpha * one, slope: self.slope * one, ..*self }
     }
 
     /// `W(r)` \[1/m³\].

@@ -1,7 +1,8 @@
-//! Weakly compressible smoothed particle hydrodynamics (SPH): liquids against walls, rigid bodies and bodies that show
-//! samples, in double precision.
+//! Smoothed particle hydrodynamics (SPH): liquids against walls, rigid bodies and bodies that show samples, in double
+//! precision. Pressure follows from the density (`pressure = "wcsph"`, the default), or keeps the volume (`"dfsph"`, see
+//! `incompressible`; not beside partners that show samples).
 //!
-//! One substep:
+//! One weakly compressible substep:
 //! 1. boundary particles of partners go where their solid is (`wall`, `partner`, `proxy`) and take pressure and velocity
 //!    from the liquid around them (Adami et al. 2012);
 //! 2. every particle sums the forces of its neighbours: pressure, viscosity, walls (`force`, four at a time by `lanes`);
@@ -30,13 +31,15 @@
 //! colliders, prescribed motion, impulses from others,
 //! bodies of different spacing in one process. A rough wall is one without slip; this is said in the plan.
 //!
-//! Known limits: a liquid at rest keeps its lattice, which resists slow shear; one layer of samples holds a thin layer of
+//! Known limits: an incompressible liquid's pressures are some percent too high where its particles have left their
+//! lattice, so that a box floats a tenth of its draft too high; a liquid at rest keeps its lattice, which resists slow shear; one layer of samples holds a thin layer of
 //! liquid, not a tank.
 
 mod fill;
 mod force;
 mod frame;
 mod grid;
+mod incompressible;
 mod kernel;
 mod lanes;
 mod model;

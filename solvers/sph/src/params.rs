@@ -1,5 +1,6 @@
 //! Plugin parameters.
 
+use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{PluginError, SolverScene};
 use serde_json::{Value, json};
 
@@ -14,6 +15,21 @@ pub(crate) struct Params {
     pub(crate) artificial: f64,
     /// δ of the density diffusion.
     pub(crate) diffusion: f64,
+    /// How pressure is found.
+    pub(crate) pressure: Pressure,
+    /// Share of the excess without pressure that incompressible solutions may leave.
+    pub(crate) accuracy: f64,
+    /// Most iterations of an incompressible solution.
+    pub(crate) iterations: u64,
+}
+
+/// How pressure is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Pressure {
+    /// From the density, by an equation of state.
+    Weak,
+    /// So that the liquid keeps its volume.
+    Incompressible,
 }
 
 /// JSON Schema of the parameters.
@@ -27,7 +43,17 @@ pub(crate) fn schema() -> Value {
             "max_substep_s": number("exclusiveMinimum", "Longest substep [s]"),
             "artificial_viscosity":
                 number("minimum", "Least viscosity, as rho alpha h c / 10, for stability; default alpha = 0.02"),
-            "density_diffusion": number("minimum", "delta of the density diffusion; default 0.1")
+            "density_diffusion": number("minimum", "delta of the density diffusion; default 0.1"),
+            "pressure": {
+                "enum": ["dfsph", "wcsph"],
+                "description": "How pressure is found: dfsph keeps the volume, wcsph follows from the density; default \
+                                wcsph, the only one beside partners that show samples"
+            },
+            "pressure_accuracy": number(
+                "exclusiveMinimum",
+                "Share of the compression without pressure that a solution of dfsph may leave; default 0.01"
+            ),
+            "max_iterations": number("exclusiveMinimum", "Most iterations of a solution of dfsph; default 100")
         }
     })
 }
@@ -45,6 +71,24 @@ impl Params {
             most: number("max_substep_s", f64::MAX, f64::MIN_POSITIVE)?,
             artificial: number("artificial_viscosity", 0.02, 0.0)?,
             diffusion: number("density_diffusion", 0.1, 0.0)?,
+            pressure: pressure(scene)?,
+            accuracy: number("pressure_accuracy", 1e-2, f64::MIN_POSITIVE)?,
+            iterations: number("max_iterations", 100.0, 1.0)? as u64,
         })
+    }
+}
+
+/// Against what deforms, only a liquid that gives way stays bounded.
+fn pressure(scene: &SolverScene) -> Result<Pressure, PluginError> {
+    let sampled = scene.interfaces.iter().find(|v| v.partner_form != BoundaryForm::Proxy);
+    match (scene.params.get("pressure").map(|v| v.as_str()), sampled) {
+        (None | Some(Some("wcsph")), _) => Ok(Pressure::Weak),
+        (Some(Some("dfsph")), None) => Ok(Pressure::Incompressible),
+        (Some(Some("dfsph")), Some(view)) => Err(PluginError::Unsupported(format!(
+            "the sph solver does not support: an incompressible liquid against a body that deforms (`{}`); use pressure = \
+             \"wcsph\"",
+            view.partner
+        ))),
+        (Some(_), _) => Err(PluginError::Unsupported("parameter `pressure` is neither \"dfsph\" nor \"wcsph\"".into())),
     }
 }

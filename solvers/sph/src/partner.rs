@@ -171,6 +171,11 @@ impl Partners {
         self.proxies.iter().find(|p| p.solid == solid)
     }
 
+    /// All stand-ins.
+    pub(crate) fn proxies(&self) -> &[Proxy] {
+        &self.proxies
+    }
+
     /// Samples of a solid.
     pub(crate) fn samples(&self, solid: usize) -> Option<&SampleSet> {
         self.sets.iter().find(|s| s.solid == solid)

@@ -18,7 +18,7 @@ use crate::report::{quality, states};
 use crate::sim::{Books, Course, Scratch, stable};
 use crate::store::Store;
 
-/// The weakly compressible liquid solver.
+/// The liquid solver.
 #[derive(Debug, Default)]
 pub struct Sph {
     run: Option<Run>,
@@ -43,7 +43,7 @@ impl Plugin for Sph {
             visual: Some(VisualForm::Particles { gradients: false }),
             features: ["statics", "gravity"].map(String::from).into(),
             params_schema: schema(),
-            ..Descriptor::new("sph", env!("CARGO_PKG_VERSION"), "Weakly compressible liquids as smoothed particles")
+            ..Descriptor::new("sph", env!("CARGO_PKG_VERSION"), "Liquids as smoothed particles")
         }
     }
 
@@ -164,6 +164,8 @@ impl Run {
         let counters = [
             ("largest-compression-1e-6", most),
             ("strayed-particles", strayed),
+            ("pressure-iterations", books.solved.iterations),
+            ("solutions-above-tolerance", books.solved.unfinished),
             ("boundary-particles", books.boundary),
             ("sorts", books.sorts),
         ];

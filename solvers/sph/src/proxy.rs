@@ -61,22 +61,32 @@ impl Proxy {
         norm(self.velocity) + norm(self.spin) * self.radius
     }
 
-    /// Takes an impulse \[N s\] and its moment about the centre \[N m s\], beside its free motion over `dt` \[s\].
-    pub(crate) fn take(&mut self, impulse: Vec3, moment: Vec3, dt: f64) {
+    /// One over its mass \[1/kg\], and its inverse inertia now \[1/(kg m²)\]; zero for a scripted body, and a body without
+    /// inertia does not turn.
+    pub(crate) fn mobility(&self) -> (f64, Matrix3<f64>) {
         let r = &self.record;
-        self.velocity = add(self.velocity, scale(r.background_linear, dt));
-        self.spin = add(self.spin, scale(r.background_angular, dt));
         if !r.mass.is_finite() {
-            return;
+            return (0.0, Matrix3::zeros());
         }
-        self.velocity = add(self.velocity, scale(impulse, 1.0 / (r.mass * r.share)));
         let [xx, yy, zz, xy, xz, yz] = r.inertia;
         let turned = (self.frame.turn * self.initial.inverse()).to_rotation_matrix();
         let inertia = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) * r.share;
         let now = turned.matrix() * inertia * turned.matrix().transpose();
-        // A body without inertia does not turn.
-        let gained = now.try_inverse().map_or([0.0; 3], |i| (i * Vector3::from(moment)).into());
-        self.spin = add(self.spin, gained);
+        (1.0 / (r.mass * r.share), now.try_inverse().unwrap_or_else(Matrix3::zeros))
+    }
+
+    /// Accelerations of its free motion \[m/s², rad/s²\].
+    pub(crate) fn background(&self) -> [Vec3; 2] {
+        [self.record.background_linear, self.record.background_angular]
+    }
+
+    /// Takes an impulse \[N s\] and its moment about the centre \[N m s\], beside its free motion over `dt` \[s\].
+    pub(crate) fn take(&mut self, impulse: Vec3, moment: Vec3, dt: f64) {
+        let [linear, angular] = self.background();
+        let (light, nimble) = self.mobility();
+        let turned: Vec3 = (nimble * Vector3::from(moment)).into();
+        self.velocity = add(add(self.velocity, scale(linear, dt)), scale(impulse, light));
+        self.spin = add(add(self.spin, scale(angular, dt)), turned);
     }
 
     /// Moves by its velocity.

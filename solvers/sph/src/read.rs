@@ -14,7 +14,7 @@ use crate::fill::{fill, spacing};
 use crate::frame::Frame;
 use crate::kernel::Kernel;
 use crate::model::{Face, Gravity, Liquid, Model, Solid};
-use crate::params::Params;
+use crate::params::{Params, Pressure};
 use crate::shell::{Piece, shell};
 use crate::store::Store;
 
@@ -73,7 +73,8 @@ pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read,
     let Reader { model, left_out, velocity, .. } = reader;
     let rho = model.body.iter().map(|&b| model.liquids[b as usize].rho).collect();
     let id = (0..model.mass.len() as u32).collect();
-    let store = Store { id, x: model.start.clone(), v: velocity, rho, acceleration: 0.0, dissipated: 0.0 };
+    let warm = vec![0.0; if params.pressure == Pressure::Incompressible { model.mass.len() } else { 0 }];
+    let store = Store { id, x: model.start.clone(), v: velocity, rho, warm, acceleration: 0.0, dissipated: 0.0 };
     Ok((model, store, left_out))
 }
 
@@ -195,7 +196,9 @@ impl Reader<'_> {
         }
         let sound = body.material.wave_speed_m_s().unwrap_or(1.0);
         // Monaghan's α as a viscosity in three dimensions (Monaghan, "Smoothed particle hydrodynamics", 2005, §4.1).
-        let artificial = rho * self.model.params.artificial * self.model.kernel.h * sound / 10.0;
+        let weak = self.model.params.pressure == Pressure::Weak;
+        let alpha = if weak { self.model.params.artificial } else { 0.0 };
+        let artificial = rho * alpha * self.model.kernel.h * sound / 10.0;
         self.model.liquids.push(Liquid {
             name: body.name.clone(),
             rho,

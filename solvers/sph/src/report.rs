@@ -5,6 +5,7 @@ use cosplat_core::plugin::{BodyState, Energy};
 
 use crate::force::stored;
 use crate::model::Model;
+use crate::params::Pressure;
 use crate::store::Store;
 
 /// Sizes of the starting domain beyond which a particle has strayed.
@@ -26,7 +27,9 @@ pub(crate) fn states(model: &Model, store: &Store, t: f64) -> (Vec<BodyState>, E
         body.gross_momentum += norm(p);
         body.max_displacement_m = body.max_displacement_m.max(norm(sub(x, model.start[id])));
         energy.kinetic_j += 0.5 * dot(p, v);
-        energy.potential_j += mass * stored(liquid.stiffness, liquid.rho, store.rho[i] / liquid.rho);
+        if model.params.pressure == Pressure::Weak {
+            energy.potential_j += mass * stored(liquid.stiffness, liquid.rho, store.rho[i] / liquid.rho);
+        }
         for action in model.gravity.iter().filter(|a| a.acts[b] && (a.from..=a.until).contains(&t)) {
             energy.potential_j -= mass * dot(action.acceleration, x);
         }

@@ -5,9 +5,11 @@ use cosplat_core::plugin::{PluginError, Pulse, Signal};
 
 use crate::force::{Pass, Sums, largest};
 use crate::grid::Grid;
+use crate::incompressible::{self, Parts, Projection, Solved};
 use crate::lanes::Pack;
 use crate::model::Model;
 use crate::near::{CHUNK, Lists, around};
+use crate::params::Pressure;
 use crate::partner::Partners;
 use crate::store::Store;
 use crate::wall::{Liquids, Walls};
@@ -34,6 +36,8 @@ pub(crate) struct Books {
     pub(crate) sorts: u64,
     /// Boundary particles in reach at the end.
     pub(crate) boundary: u64,
+    /// Iterations of incompressible solutions.
+    pub(crate) solved: Solved,
 }
 
 /// Working memory: nothing in it outlives a step.
@@ -45,6 +49,7 @@ pub(crate) struct Scratch {
     acceleration: Vec<Vec3>,
     next: Vec<f64>,
     sums: Vec<Sums>,
+    projection: Projection,
 }
 
 /// One step of the coupling in progress.
@@ -63,6 +68,9 @@ pub(crate) struct Course<'a> {
 ///
 /// Courant's condition for sound and the conditions for forces and viscosity of Monaghan (2005, §3.3 and §8.4).
 pub(crate) fn stable(model: &Model, speed: f64, acceleration: f64) -> (f64, String) {
+    if model.params.pressure == Pressure::Incompressible {
+        return incompressible::stable(model, speed);
+    }
     let h = model.kernel.h;
     let mut best = (model.params.most, "maximum given by the user".to_owned());
     let mut bind = |dt: f64, why: &dyn Fn() -> String| {
@@ -88,7 +96,9 @@ impl Course<'_> {
 
     /// Covers the step.
     pub(crate) fn run(&mut self, pulse: &mut dyn Pulse, pool: Option<&rayon::ThreadPool>) -> Result<(), PluginError> {
-        let skin = SKIN * self.model.spacing;
+        // An incompressible liquid's substeps are so long that no list outlives one.
+        let weak = self.model.params.pressure == Pressure::Weak;
+        let skin = if weak { SKIN * self.model.spacing } else { 0.0 };
         let many = self.parallel();
         let (mut time, mut moved) = (0.0, f64::INFINITY);
         let mut speed = self.store.v.iter().map(|&v| norm(v)).fold(0.0, largest);
@@ -126,7 +136,7 @@ impl Course<'_> {
         let (parallel, reach) = (self.parallel(), self.model.kernel.reach + skin);
         let (grid, order) = Grid::new(&self.store.x, reach);
         self.store.sort(&order);
-        let Scratch { lists, walls, pack, acceleration, next, sums } = &mut *self.scratch;
+        let Scratch { lists, walls, pack, acceleration, next, sums, .. } = &mut *self.scratch;
         let n = self.store.len();
         let x = &self.store.x;
         lists.make(n, n, parallel, &|i, list| around(&grid, x, i, reach, list));
@@ -152,19 +162,24 @@ impl Course<'_> {
                 *g = cosplat_core::boundary::add(*g, scale(action.acceleration, share));
             }
         }
-        let Scratch { lists, walls, pack, acceleration, next, sums } = &mut **scratch;
+        let Scratch { lists, walls, pack, acceleration, next, sums, projection } = &mut **scratch;
         partners.place(time);
         walls.place(model, partners);
         let pass = Pass { model, lists, gravity: &gravity, dt, parallel };
-        pass.pack(store, &mut pack[..store.len()]);
-        walls.extrapolate(&Liquids { model, pack, gravity: &gravity, parallel });
-        pass.accelerate(store, pack, walls, acceleration, sums);
-        walls.impulses(&Liquids { model, pack, gravity: &gravity, parallel }, acceleration, dt);
-        partners.book(model, walls, dt);
-        walls.refresh(model, partners);
-        pass.kick(acceleration, store, pack, sums);
-        pass.compress(store, pack, walls, next);
-        std::mem::swap(next, &mut store.rho);
+        if model.params.pressure == Pressure::Incompressible {
+            let mut parts = Parts { pass, store, pack, walls, partners, acceleration, sums };
+            books.solved.add(projection.substep(&mut parts));
+        } else {
+            pass.pack(store, &mut pack[..store.len()]);
+            walls.extrapolate(&Liquids { model, pack, gravity: &gravity, parallel });
+            pass.accelerate(store, pack, walls, acceleration, sums);
+            walls.impulses(&Liquids { model, pack, gravity: &gravity, parallel }, acceleration, dt);
+            partners.book(model, walls, dt);
+            walls.refresh(model, partners);
+            pass.kick(acceleration, store, pack, sums);
+            pass.compress(store, pack, walls, next);
+            std::mem::swap(next, &mut store.rho);
+        }
         for (x, v) in store.x.iter_mut().zip(&store.v) {
             *x = cosplat_core::boundary::add(*x, scale(*v, dt));
         }
@@ -184,7 +199,11 @@ impl Course<'_> {
     }
 
     fn guard(&self, time: f64, speed: f64) -> Result<(), PluginError> {
-        let slowest = self.model.liquids.iter().map(|l| l.sound).fold(f64::INFINITY, f64::min);
+        let slowest = if self.model.params.pressure == Pressure::Incompressible {
+            f64::INFINITY
+        } else {
+            self.model.liquids.iter().map(|l| l.sound).fold(f64::INFINITY, f64::min)
+        };
         let lost = |what: String| {
             Err(PluginError::Physics(format!("the sph solver lost the motion at t = {time:.6e} s: {what}")))
         };

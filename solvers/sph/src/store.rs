@@ -14,6 +14,8 @@ pub(crate) struct Store {
     pub(crate) v: Vec<Vec3>,
     /// Densities \[kg/m³\].
     pub(crate) rho: Vec<f64>,
+    /// Pressures with which an incompressible liquid's next solutions begin: \[Pa\]; empty for others.
+    pub(crate) warm: Vec<f64>,
     /// Largest acceleration in the last substep \[m/s²\].
     pub(crate) acceleration: f64,
     /// Energy lost to viscosity since t = 0 \[J\].
@@ -35,6 +37,9 @@ impl Store {
         take(&mut self.x, order);
         take(&mut self.v, order);
         take(&mut self.rho, order);
+        if !self.warm.is_empty() {
+            take(&mut self.warm, order);
+        }
     }
 
     /// Writes everything.
@@ -46,6 +51,7 @@ impl Store {
         sink.bytes(bytemuck::cast_slice(&self.rho));
         sink.f64(self.acceleration);
         sink.f64(self.dissipated);
+        sink.bytes(bytemuck::cast_slice(&self.warm));
     }
 
     /// Reads what `save` wrote, for as many particles as there are now.
@@ -67,6 +73,9 @@ impl Store {
         }
         let (x, v) = (reader.vec3s("positions", n)?, reader.vec3s("velocities", n)?);
         let rho = reader.bytes(8 * n)?.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
-        Ok(Self { id, x, v, rho, acceleration: reader.f64()?, dissipated: reader.f64()? })
+        let (acceleration, dissipated) = (reader.f64()?, reader.f64()?);
+        let bytes = reader.bytes(8 * self.warm.len())?;
+        let warm = bytes.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
+        Ok(Self { id, x, v, rho, warm, acceleration, dissipated })
     }
 }

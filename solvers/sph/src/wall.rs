@@ -38,7 +38,7 @@ pub(crate) struct Walls {
     pub(crate) pieces: Vec<Piece>,
     /// The same with the pressure and the velocity that viscosity sees, and with their own velocity; then nobody.
     seen: Vec<Pack>,
-    pub(crate) moving: Vec<Pack>,
+    moving: Vec<Pack>,
     /// Viscosity at each \[Pa s\], 0 where the liquid slips; and whether it belongs to a partner, as 1.
     rubs: Vec<[f64; 2]>,
     /// Liquid particles near each.
@@ -62,6 +62,11 @@ impl Walls {
     #[inline]
     pub(crate) fn near(&self, i: usize) -> &[u32] {
         &self.near[self.first[i] as usize..self.first[i + 1] as usize]
+    }
+
+    /// Where the list of a liquid particle begins among all.
+    pub(crate) fn first(&self, i: usize) -> usize {
+        self.first[i] as usize
     }
 
     /// Finds all that are closer than `reach` to the liquid.
@@ -213,6 +218,26 @@ impl Walls {
         }
         let (all, partners) = (gather(all), gather(partners));
         (sub(all, partners), partners, lost.reduce_add())
+    }
+
+    /// Boundary particles press no longer, but rub.
+    pub(crate) fn let_go(&mut self) {
+        self.seen.iter_mut().for_each(|seen| seen.pressure = 0.0);
+    }
+
+    /// The packs of boundary particles with their own velocities; the last one is nobody.
+    pub(crate) fn packs(&self) -> &[Pack] {
+        &self.moving
+    }
+
+    /// Liquid particles near each boundary particle.
+    pub(crate) fn lists(&self) -> &Lists {
+        &self.lists
+    }
+
+    /// Whether a boundary particle belongs to a partner.
+    pub(crate) fn of_partner(&self, piece: usize) -> bool {
+        self.rubs[piece][1] > 0.5
     }
 
     /// Impulses of partners in one substep on the liquid, whose particles have those accelerations \[m/s²\].

@@ -11,18 +11,19 @@ use cosplat_core::scene::{Material, MotionRule, Source, Wall};
 use cosplat_sph::Sph;
 
 /// A tank with a column that collapses onto a raft.
-fn slosh(threads: usize) -> (SolverScene, Float) {
+fn slosh(threads: usize, pressure: &str) -> (SolverScene, Float) {
     let (d, size) = (0.02, [0.1, 0.1, 0.06]);
     let body = liquid(water(25.0, 1.0), [0.24, 0.2, 0.4], [0.12, 0.1, 0.2], d);
     let mut start = scene(vec![body], tank(0.5, 0.2, Wall::NoSlip), 2e-3);
     start.threads = threads;
+    start.params.insert("pressure".into(), pressure.into());
     start.interfaces.push(meets("raft", BoundaryForm::Proxy, Some(Source::Box { size_m: size }), 0.5));
     (start, Float::new(0.3, size, [0.32, 0.1, 0.08]))
 }
 
 /// State after some windows, and the raft.
-fn played(threads: usize, windows: u32) -> (Run, Float) {
-    let (start, mut raft) = slosh(threads);
+fn played(threads: usize, windows: u32, pressure: &str) -> (Run, Float) {
+    let (start, mut raft) = slosh(threads, pressure);
     let mut run = Run::new(start);
     for _ in 0..windows {
         let out = run.step_with(&raft.inputs(2e-3));
@@ -33,7 +34,16 @@ fn played(threads: usize, windows: u32) -> (Run, Float) {
 
 #[test]
 fn what_the_liquid_loses_the_raft_receives() {
-    let (start, mut raft) = slosh(2);
+    exchanges("wcsph");
+}
+
+#[test]
+fn what_an_incompressible_liquid_loses_the_raft_receives() {
+    exchanges("dfsph");
+}
+
+fn exchanges(pressure: &str) {
+    let (start, mut raft) = slosh(2, pressure);
     let mut run = Run::new(start);
     let (mut mismatch, mut touched) = (0.0_f64, 0.0_f64);
     for _ in 0..80 {
@@ -138,12 +148,17 @@ fn a_vessel_of_samples_carries_the_water() {
 
 #[test]
 fn threads_change_nothing() {
-    let (one, raft) = played(1, 30);
+    same_with_threads("wcsph");
+    same_with_threads("dfsph");
+}
+
+fn same_with_threads(pressure: &str) {
+    let (one, raft) = played(1, 30, pressure);
     let particles: u64 = one.setup.particles.iter().sum();
     println!("{particles} particles, {} substeps", one.substeps);
     assert!(particles >= 2000, "enough to share among threads");
     for threads in [2, 3] {
-        let (other, same) = played(threads, 30);
+        let (other, same) = played(threads, 30, pressure);
         assert_eq!(other.hash(), one.hash(), "{threads} threads");
         assert_eq!(same.record, raft.record);
     }
@@ -151,7 +166,12 @@ fn threads_change_nothing() {
 
 #[test]
 fn restore_is_bitwise() {
-    let (mut run, raft) = played(2, 25);
+    restores("wcsph");
+    restores("dfsph");
+}
+
+fn restores(pressure: &str) {
+    let (mut run, raft) = played(2, 25, pressure);
     let (saved, window) = (run.bytes(), run.window);
     let after = |run: &mut Run| {
         let mut raft = raft;
@@ -165,7 +185,7 @@ fn restore_is_bitwise() {
     run.plugin.restore(&saved).expect("it fits");
     run.window = window;
     assert!(run.bytes() == saved && after(&mut run) == first, "same solver, restored");
-    let mut fresh = Run::new(slosh(1).0);
+    let mut fresh = Run::new(slosh(1, pressure).0);
     fresh.plugin.restore(&saved).expect("it fits");
     fresh.window = window;
     assert!(after(&mut fresh) == first, "fresh solver, restored");

@@ -42,6 +42,12 @@ fn rigid() -> Case {
     Case { name: "rigid partner".into(), ..Case::new("", scene).hearing(vec![partner], windows.collect()) }
 }
 
+/// The same with a liquid that keeps its volume.
+fn kept() -> Case {
+    let case = rigid();
+    Case { name: "incompressible".into(), scene: common::incompressible(case.scene.clone()), ..case }
+}
+
 /// The same raft as twelve triangles, and the drop as prepared particles.
 fn prepared() -> Case {
     let case = rigid();
@@ -83,5 +89,8 @@ fn sampled() -> Case {
 
 #[test]
 fn the_solver_conforms() {
-    assert_conforms(&|| Box::new(Sph::default()), &[Case::new("liquids", basin()), rigid(), prepared(), sampled()]);
+    assert_conforms(
+        &|| Box::new(Sph::default()),
+        &[Case::new("liquids", basin()), rigid(), kept(), prepared(), sampled()],
+    );
 }

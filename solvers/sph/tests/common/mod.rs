@@ -91,9 +91,15 @@ pub(crate) fn scene(bodies: Vec<Body>, statics: Vec<StaticCollider>, window_s: f
         pairs: Vec::new(),
         probes: Vec::new(),
         interfaces: Vec::new(),
-        params: serde_json::Map::new(),
+        params: std::iter::once(("pressure".to_owned(), "wcsph".into())).collect(),
         assets: std::collections::BTreeMap::new(),
     }
+}
+
+/// The same, kept incompressible.
+pub(crate) fn incompressible(mut scene: SolverScene) -> SolverScene {
+    scene.params.insert("pressure".into(), "dfsph".into());
+    scene
 }
 
 /// An interface of the water with a partner.
