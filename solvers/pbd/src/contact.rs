@@ -1,4 +1,4 @@
-//! Contact of single vertices with walls, rigid partners and samples, with Coulomb friction.
+//! Contact of vertices and of points of triangles with walls, rigid partners and samples, with Coulomb friction.
 //!
 //! A place may approach no faster than closes its gap within the substep; the impulse for that at the inverse mass of
 //! both sides is the normal impulse, and friction is at most its share of it. Impulses of one substep are summed per
@@ -7,6 +7,7 @@
 use cosplat_core::boundary::{Vec3, add, dot, norm, scale, sub};
 use nalgebra::{Matrix3, Vector3};
 
+use crate::place::Place;
 use crate::proxy::Proxy;
 use crate::samples::Swarm;
 use crate::tally::Tally;
@@ -39,10 +40,10 @@ pub(crate) enum Cause {
     Sample(usize, u32),
 }
 
-/// A vertex in reach of something.
+/// A place in reach of something.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Touch {
-    pub(crate) vertex: u32,
+    pub(crate) place: Place,
     pub(crate) cause: Cause,
     /// Outward from the other side.
     pub(crate) normal: Vec3,
@@ -56,13 +57,8 @@ pub(crate) struct Touch {
 
 impl Touch {
     /// Without an impulse.
-    pub(crate) fn new(vertex: u32, cause: Cause, normal: Vec3, gap: f64, surface: Surface) -> Self {
-        Self { vertex, cause, normal, gap, surface, pressed: 0.0, rubbed: [0.0; 3] }
-    }
-
-    /// Least speed away from the other side \[m/s\].
-    fn least(&self, h: f64) -> f64 {
-        if self.gap > 0.0 { -self.gap / h } else { (-self.gap * GIVEN_BACK / h).min(FASTEST) }
+    pub(crate) fn new(place: Place, cause: Cause, normal: Vec3, gap: f64, surface: Surface) -> Self {
+        Self { place, cause, normal, gap, surface, pressed: 0.0, rubbed: [0.0; 3] }
     }
 
     /// Impulse that is missing, for a velocity relative to the other side and the velocity per impulse \[1/kg\].
@@ -73,7 +69,7 @@ impl Touch {
         if along <= 0.0 {
             return [0.0; 3];
         }
-        let wanted = self.pressed + (self.least(h) - dot(velocity, n)) / along;
+        let wanted = self.pressed + (least(self.gap, h) - dot(velocity, n)) / along;
         let pressed = if holds { wanted } else { wanted.max(0.0) };
         let push = scale(n, pressed - self.pressed);
         self.pressed = pressed;
@@ -95,6 +91,11 @@ impl Touch {
         self.rubbed = rubbed;
         add(push, rub)
     }
+}
+
+/// Least speed at which surfaces that are `gap` \[m\] apart must separate in a substep \[m/s\].
+pub(crate) fn least(gap: f64, h: f64) -> f64 {
+    if gap > 0.0 { -gap / h } else { (-gap * GIVEN_BACK / h).min(FASTEST) }
 }
 
 /// Velocity per impulse between the two sides \[1/kg\].
@@ -141,46 +142,42 @@ pub(crate) struct Others<'s, 'a> {
     pub(crate) external: &'s mut Tally,
 }
 
-/// Solves all touches in turn, so often.
-pub(crate) fn settle(
-    vertices: &mut [Vertex],
-    owner: &[u32],
-    touches: &mut [Touch],
-    others: &mut Others,
-    (turns, h): (u32, f64),
-) {
-    for _ in 0..turns {
-        for touch in touches.iter_mut() {
-            let vertex = &mut vertices[touch.vertex as usize];
-            let body = owner[touch.vertex as usize] as usize;
-            let (other, mobility) = match touch.cause {
-                Cause::Wall => ([0.0; 3], Mobility::Round(vertex.w)),
-                Cause::Proxy(p) => {
-                    let proxy = &others.proxies[p];
-                    let full = proxy.mobility(vertex.x) + Matrix3::identity() * vertex.w;
-                    (proxy.velocity(vertex.x), Mobility::Full(full))
-                }
-                Cause::Sample(s, i) => {
-                    let swarm = &others.swarms[s];
-                    (swarm.velocity(i), Mobility::Round(vertex.w + swarm.inverse(i)))
-                }
-            };
-            let impulse = touch.missing(sub(vertex.u, other), &mobility, h);
-            let tally = match touch.cause {
-                Cause::Wall => &mut *others.external,
-                Cause::Proxy(p) => {
-                    others.proxies[p].take(body, vertex.x, scale(impulse, -1.0));
-                    &mut others.proxies[p].on_own[body]
-                }
-                Cause::Sample(s, i) => {
-                    others.swarms[s].take(i, scale(impulse, -1.0));
-                    &mut others.on_own[s]
-                }
-            };
-            tally.give(vertex, impulse);
-            if vertex.w <= 0.0 {
-                others.external.book(vertex.x, scale(impulse, -1.0), [0.0; 3]);
+/// Solves all touches in turn.
+pub(crate) fn settle(vertices: &mut [Vertex], owner: &[u32], touches: &mut [Touch], others: &mut Others, h: f64) {
+    for touch in touches.iter_mut() {
+        let place = touch.place;
+        let (x, inverse) = (place.position(vertices), place.inverse(vertices));
+        let body = owner[place.first()] as usize;
+        let (other, mobility) = match touch.cause {
+            Cause::Wall => ([0.0; 3], Mobility::Round(inverse)),
+            Cause::Proxy(p) => {
+                let proxy = &others.proxies[p];
+                let full = proxy.mobility(x) + Matrix3::identity() * inverse;
+                (proxy.velocity(x), Mobility::Full(full))
             }
+            Cause::Sample(s, i) => {
+                let swarm = &others.swarms[s];
+                (swarm.velocity(i), Mobility::Round(inverse + swarm.inverse(i)))
+            }
+        };
+        let impulse = touch.missing(sub(place.velocity(vertices), other), &mobility, h);
+        let tally = match touch.cause {
+            Cause::Wall => &mut *others.external,
+            Cause::Proxy(p) => {
+                others.proxies[p].take(body, x, scale(impulse, -1.0));
+                &mut others.proxies[p].on_own[body]
+            }
+            Cause::Sample(s, i) => {
+                others.swarms[s].take(i, scale(impulse, -1.0));
+                &mut others.on_own[s]
+            }
+        };
+        for (i, share) in place.parts() {
+            tally.give(&mut vertices[i], scale(impulse, share));
+        }
+        // A vertex that is fixed hands on to the world what it is given.
+        for (i, share) in place.parts().filter(|(i, _)| vertices[*i].w <= 0.0) {
+            others.external.book(vertices[i].x, scale(impulse, -share), [0.0; 3]);
         }
     }
 }

@@ -25,6 +25,8 @@ pub(crate) struct Params {
     pub(crate) iterations: [u32; 2],
     /// Thickness \[m\].
     pub(crate) thickness: f64,
+    /// Whether cloths touch themselves and each other.
+    pub(crate) own: bool,
     /// Rate at which velocities decay \[1/s\].
     pub(crate) damping: f64,
     /// Compliance of diagonals \[m/N\], where it differs from that of the threads.
@@ -53,6 +55,10 @@ pub(crate) fn schema() -> Value {
             "bending_iterations": count("Iterations of bending in a substep; default 1"),
             "contact_turns": count("Turns in which contact with partners is solved in a substep; default 8"),
             "thickness_m": number("minimum", "Thickness in contact [m]; default 0.001"),
+            "self_collision": {
+                "type": "boolean",
+                "description": "Whether cloths touch themselves and each other, a thickness apart; default true"
+            },
             "damping_1_s": number("minimum", "Rate at which velocities decay [1/s]; default 0"),
             "shear_compliance_m_n": number("minimum", "Compliance of diagonals [m/N]; default that of the threads"),
             "pins": {
@@ -76,6 +82,7 @@ impl Params {
             longest: if relaxed { GENESIS_SUBSTEP } else { SUBSTEP },
             iterations: if relaxed { GENESIS_ITERATIONS } else { ITERATIONS },
             thickness: 1e-3,
+            own: true,
             damping: 0.0,
             shear: None,
             turns: 8,
@@ -91,6 +98,7 @@ impl Params {
                 "iterations" => set(&mut params.iterations[0], count),
                 "bending_iterations" => set(&mut params.iterations[1], count),
                 "contact_turns" => set(&mut params.turns, count),
+                "self_collision" => set(&mut params.own, value.as_bool()),
                 "thickness_m" => set(&mut params.thickness, number),
                 "damping_1_s" => set(&mut params.damping, number),
                 "shear_compliance_m_n" => set(&mut params.shear, number.map(Some)),

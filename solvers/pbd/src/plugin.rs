@@ -9,7 +9,9 @@ use cosplat_core::plugin::{
 use cosplat_core::visual::{VisualForm, VisualState};
 
 use crate::model::{Model, Part};
+use crate::near::Near;
 use crate::params::schema;
+use crate::place::Place;
 use crate::proxy::Proxy;
 use crate::push::Influence;
 use crate::read::read;
@@ -31,6 +33,8 @@ struct Run {
     /// Last velocity of the stand-in of each rigid partner.
     foreseen: Vec<Option<Vec3>>,
     pool: Option<rayon::ThreadPool>,
+    /// Points of triangles that meet the samples of each interface that shows some.
+    lattices: Vec<Vec<Place>>,
 }
 
 impl Plugin for Pbd {
@@ -57,7 +61,8 @@ impl Plugin for Pbd {
             .map_err(|e| PluginError::Environment(format!("{} threads: {e}", model.threads)))?;
         let foreseen = vec![None; model.sim.setting.partners.len()];
         let marks = vec![Marks::default(); model.faces.len()];
-        let run = Run { model, marks, dissipated: 0.0, foreseen, pool };
+        let lattices = vec![Vec::new(); model.faces.len()];
+        let run = Run { model, marks, dissipated: 0.0, foreseen, pool, lattices };
         let setup = run.setup();
         self.run = Some(run);
         Ok(setup)
@@ -65,7 +70,8 @@ impl Plugin for Pbd {
 
     fn connect(&mut self, partners: &[PartnerSetup]) -> Result<(), PluginError> {
         let Some(run) = &mut self.run else { return Ok(()) };
-        for (face, marks) in run.model.faces.iter().zip(&mut run.marks) {
+        let all = run.model.faces.iter().zip(&mut run.marks).zip(&mut run.lattices);
+        for ((face, marks), lattice) in all {
             if !matches!(face.part, Part::Samples(_)) {
                 continue;
             }
@@ -73,6 +79,7 @@ impl Plugin for Pbd {
             *marks = found
                 .and_then(|p| Marks::new(&p.statics))
                 .ok_or_else(|| refused(&format!("samples of `{}` that are not there or have no mass", face.partner)))?;
+            *lattice = run.model.sim.lattice(face.body, marks.mean_width());
         }
         Ok(())
     }
@@ -81,12 +88,13 @@ impl Plugin for Pbd {
         let run = self.run.as_mut().ok_or_else(not_set_up)?;
         let (proxies, residuals) = run.proxies(inputs)?;
         let kicks = run.kicks(inputs)?;
-        let (swarms, meetings) = swarms(&run.model, &run.marks, inputs, step.length_s)?;
+        let (swarms, meetings) = swarms(&run.model, (&run.marks, &run.lattices), inputs, step.length_s)?;
         let before: f64 = run.model.mechanical().iter().sum();
         let has_wind = run.model.sim.setting.actions.iter().any(|a| matches!(a.influence, Influence::Wind(..)));
         let normals = if has_wind { run.model.all_normals() } else { Vec::new() };
         let (start, length, books) = (step.start_s, step.length_s, Books::default());
-        let mut course = Course { start, length, proxies, swarms, meetings, kicks, normals, books };
+        let near = Near::default();
+        let mut course = Course { start, length, proxies, swarms, meetings, kicks, normals, near, books };
         run.model.sim.run(&mut course, run.pool.as_ref(), pulse)?;
         for (foreseen, proxy) in run.foreseen.iter_mut().zip(&course.proxies) {
             *foreseen = Some(proxy.twist()[0]);
@@ -178,7 +186,8 @@ fn outputs(model: &Model, course: &Course, residuals: &[f64], dissipated: f64) -
         external: books.driven.wrench.plus(books.held.wrench),
         energy: model.energy(course.start + course.length, dissipated),
         interfaces,
-        counters: [("contacts".to_owned(), books.touches)].into(),
+        counters: [("contacts".to_owned(), books.touches), ("substeps beyond a thickness".to_owned(), books.too_fast)]
+            .into(),
     };
     let boundaries = shown.map(|c| BoundaryOutput { body: c.name.clone(), state: model.samples(c) }).collect();
     Outputs { boundaries, impulses, report }
@@ -262,12 +271,12 @@ impl Run {
 /// Partners' samples, and which of them each vertex can meet in `length` \[s\].
 fn swarms<'a>(
     model: &Model,
-    marks: &'a [Marks],
+    (marks, lattices): (&'a [Marks], &'a [Vec<Place>]),
     inputs: &'a Inputs,
     length: f64,
-) -> Result<(Vec<Swarm<'a>>, Vec<Meeting>), PluginError> {
+) -> Result<(Vec<Swarm<'a>>, Vec<Meeting<'a>>), PluginError> {
     let (mut swarms, mut meetings) = (Vec::new(), Vec::new());
-    for (face, marks) in model.faces.iter().zip(marks) {
+    for ((face, marks), lattice) in model.faces.iter().zip(marks).zip(lattices) {
         let Part::Samples(surface) = face.part else { continue };
         let missing = || refused(&format!("a step without the boundary of `{}`", face.partner));
         let input = inputs.partner(face.id).ok_or_else(missing)?;
@@ -279,8 +288,9 @@ fn swarms<'a>(
         let reach = (theirs + model.sim.fastest()) * length + model.sim.setting.thickness;
         let vertices = model.sim.vertices.iter().zip(&model.sim.owner);
         let own = vertices.map(|(v, &body)| (body as usize == face.body).then_some(v.x));
-        swarms.push(Swarm::new(marks, samples, input, own, reach));
-        meetings.push(Meeting { body: face.body, surface });
+        let between = lattice.iter().map(|place| Some(place.position(&model.sim.vertices)));
+        swarms.push(Swarm::new(marks, samples, input, own.chain(between), reach));
+        meetings.push(Meeting { body: face.body, surface, lattice });
     }
     Ok((swarms, meetings))
 }

@@ -3,11 +3,12 @@
 use cosplat_core::boundary::{Vec3, norm, scale, sub};
 use cosplat_core::plan::LeftOut;
 use cosplat_core::plugin::{Descriptor, PluginError, Refusals, SolverScene};
-use cosplat_core::scene::{ActionKind, Body, ContactLaw, Material, PairSpec, Source};
+use cosplat_core::scene::{ActionKind, Body, ContactLaw, Material, PairDefaults, PairSpec, Source};
 
 use crate::bend::{Hinge, angle};
 use crate::contact::Surface;
 use crate::model::{Cloth, Model};
+use crate::own::Mesh;
 use crate::params::Params;
 use crate::push::{Action, Influence};
 use crate::sheet::Sheet;
@@ -37,6 +38,7 @@ struct Parts {
     edges: Vec<Edge>,
     hinges: Vec<Hinge>,
     masses: Vec<f64>,
+    mesh: Mesh,
     shortest: f64,
 }
 
@@ -67,6 +69,8 @@ pub(crate) fn read(plugin: &Descriptor, scene: &SolverScene) -> Result<Model, Pl
     let walls = scene.statics.iter().filter_map(|s| reader.wall(s)).collect();
     let (faces, partners) = reader.interfaces();
     let actions = reader.actions(&parts.masses);
+    parts.mesh.bodies = scene.bodies.len();
+    parts.mesh.friction = reader.own_friction();
     let left_out = reader.left_out();
     reader.refused.finish()?;
     let params = reader.params;
@@ -93,6 +97,7 @@ pub(crate) fn read(plugin: &Descriptor, scene: &SolverScene) -> Result<Model, Pl
         vertices: parts.vertices,
         owner: parts.owner,
         area: parts.area,
+        mesh: parts.mesh,
         size,
         setting,
     };
@@ -137,11 +142,13 @@ impl Reader<'_> {
         parts.vertices.resize(from + x.len(), Vertex::default());
         parts.area.resize(from + x.len(), 0.0);
         parts.owner.resize(from + x.len(), index);
+        parts.mesh.rest.resize(from + x.len(), [0.0; 3]);
         for (i, &place) in places.iter().enumerate() {
             let (at, mass) = (from + place as usize, density * sheet.areas[i]);
             let u = if fixed[i] { [0.0; 3] } else { body.velocity.at(x[i], centre) };
             parts.vertices[at] = Vertex { x: x[i], u, w: if fixed[i] { 0.0 } else { 1.0 / mass }, mass };
             parts.area[at] = sheet.areas[i];
+            parts.mesh.rest[at] = sheet.points[i];
         }
         let at = |i: u32| (from + places[i as usize] as usize) as u32;
         for &(ends, is_diagonal) in &sheet.edges {
@@ -157,6 +164,8 @@ impl Reader<'_> {
             let rest = if self.params.relaxed { 0.0 } else { found.map_or(0.0, |(theta, _)| theta) };
             parts.hinges.push(Hinge::new(ends.map(at), rest, bending_compliance_rad_n, bending_relaxation));
         }
+        parts.mesh.triangles.extend(sheet.triangles.iter().map(|t| t.map(at)));
+        parts.mesh.edges.extend(sheet.edges.iter().map(|(ends, _)| ends.map(at)));
         parts.masses.push(density * sheet.area());
         let range = from..parts.vertices.len();
         if !parts.vertices[range.clone()].iter().all(|v| v.x.iter().chain(&v.u).all(|c| c.is_finite())) {
@@ -250,6 +259,28 @@ impl Reader<'_> {
         pair.enabled.then_some(Surface::Coulomb(pair.static_friction, pair.kinetic_friction))
     }
 
+    fn touches_itself(&self) -> bool {
+        self.params.own && self.params.thickness > 0.0
+    }
+
+    /// Friction of each two bodies, row by row; nothing at all where cloths do not touch.
+    fn own_friction(&mut self) -> Vec<Option<[f64; 2]>> {
+        let bodies = &self.scene.bodies;
+        if !self.touches_itself() {
+            return Vec::new();
+        }
+        let mut table = Vec::new();
+        for (a, b) in bodies.iter().flat_map(|a| bodies.iter().map(move |b| (a, b))) {
+            table.push(if let Some(pair) = self.pair(&a.name, &b.name).cloned() {
+                self.surface(&pair).map(|_| [pair.static_friction, pair.kinetic_friction])
+            } else {
+                let pair = PairDefaults::of_materials(&a.material, &b.material);
+                Some([pair.static_friction, pair.kinetic_friction])
+            });
+        }
+        table
+    }
+
     fn left_out(&self) -> Vec<LeftOut> {
         let bodies = &self.scene.bodies;
         let one = |what: String, why: String| LeftOut {
@@ -259,10 +290,13 @@ impl Reader<'_> {
             limit: None,
             saved: "not measured".to_owned(),
         };
-        let no_contact = "plugin `pbd` has no contact between cloths and none of a cloth with itself";
-        let itself = bodies.iter().map(|b| one(format!("self-collision of `{}`", b.name), no_contact.into()));
+        let why = if self.params.own { "a cloth without thickness" } else { "`params.self_collision` is false" };
+        let untouched = !self.touches_itself();
+        let itself = bodies.iter().filter(|_| untouched);
+        let itself = itself.map(|b| one(format!("self-collision of `{}`", b.name), why.into()));
         let others = bodies.iter().enumerate().flat_map(|(i, a)| bodies[i + 1..].iter().map(move |b| (a, b)));
-        let others = others.map(|(a, b)| one(format!("contact `{}~{}`", a.name, b.name), no_contact.into()));
+        let others = others.filter(|_| untouched);
+        let others = others.map(|(a, b)| one(format!("contact `{}~{}`", a.name, b.name), why.into()));
         let relaxed = bodies.iter().filter_map(|b| match b.material {
             Material::Cloth { stretch_relaxation: s, bending_relaxation: r, .. }
                 if !self.params.relaxed && (s < 1.0 || r < 1.0) =>

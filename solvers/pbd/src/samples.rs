@@ -41,6 +41,11 @@ impl Marks {
         Some(Self { radius, width, inverse, widest })
     }
 
+    /// Mean width of the patches that samples stand for \[m\].
+    pub(crate) fn mean_width(&self) -> f64 {
+        self.width.iter().sum::<f64>() / self.width.len().max(1) as f64
+    }
+
     /// Number of samples.
     pub(crate) fn len(&self) -> usize {
         self.radius.len()
@@ -67,7 +72,8 @@ pub(crate) struct Swarm<'a> {
 }
 
 impl<'a> Swarm<'a> {
-    /// Looks for the samples that each vertex can meet; `reach` is how far it may move towards them \[m\].
+    /// Looks for the samples that each vertex, or point of a triangle, can meet; `reach` is how far it may move towards
+    /// them \[m\].
     pub(crate) fn new(
         marks: &'a Marks,
         samples: &'a Samples,
@@ -135,6 +141,11 @@ impl<'a> Swarm<'a> {
             let [x, v] = &mut self.moved[i as usize];
             *x = add(*x, scale(*v, h));
         }
+    }
+
+    /// Whether a vertex can meet any sample at all.
+    pub(crate) fn is_near(&self, vertex: usize) -> bool {
+        self.begin[vertex] < self.begin[vertex + 1]
     }
 
     /// Nearest sample to vertex `vertex` at `x`: its number, gap to its surface \[m\] and normal.

@@ -1,8 +1,10 @@
-//! Which vertices can touch what in a substep.
+//! Which vertices and points of triangles can touch what in a substep.
 
 use cosplat_core::boundary::{Vec3, add, dot, norm, scale, sub};
 
 use crate::contact::{Cause, HOLDS, Surface, Touch, at_walls};
+use crate::near::Target;
+use crate::place::Place;
 use crate::sim::{Course, Desk, Setting, Wall};
 use crate::vertex::Vertex;
 use cosplat_core::distance::{Placed, SignedDistance};
@@ -17,8 +19,41 @@ pub(crate) struct Scout<'s, 'a> {
 }
 
 impl Scout<'_, '_> {
-    /// Finds what the vertices of a block touch. Those that touch walls only are solved at once.
-    pub(crate) fn block(&self, from: usize, vertices: &mut [Vertex], desk: &mut Desk) {
+    /// Finds what points of triangles touch.
+    pub(crate) fn spots(&self, spots: &[(Place, Target)], vertices: &[Vertex], touches: &mut Vec<Touch>) {
+        let half = 0.5 * self.setting.thickness;
+        for &(place, target) in spots {
+            let (x, body) = (place.position(vertices), self.owner[place.first()] as usize);
+            let (shape, surface, cause, other) = match target {
+                Target::Wall(w) => {
+                    let wall = &self.setting.walls[w];
+                    (&wall.shape, wall.surface[body], Cause::Wall, [0.0; 3])
+                }
+                Target::Proxy(p) => {
+                    let surface = self.setting.partners[p].surface[body];
+                    (&self.placed[p], surface, Cause::Proxy(p), self.course.proxies[p].velocity(x))
+                }
+            };
+            let Some(surface) = surface else { continue };
+            let (distance, normal) = shape.distance(x);
+            let relative = sub(place.velocity(vertices), other);
+            touches.extend(self.note(relative, place, cause, (distance - half, normal), surface));
+        }
+        for (s, (swarm, meeting)) in self.course.swarms.iter().zip(&self.course.meetings).enumerate() {
+            for (k, place) in meeting.lattice.iter().enumerate().filter(|(k, _)| swarm.is_near(vertices.len() + k)) {
+                let Some((i, gap, normal)) = swarm.nearest(vertices.len() + k, place.position(vertices)) else {
+                    continue;
+                };
+                let relative = sub(place.velocity(vertices), swarm.velocity(i));
+                touches.extend(self.note(relative, *place, Cause::Sample(s, i), (gap - half, normal), meeting.surface));
+            }
+        }
+    }
+
+    /// Finds what the vertices of a block touch. Those that touch walls only are solved at once, but for those that are
+    /// busy elsewhere.
+    pub(crate) fn block(&self, from: usize, vertices: &mut [Vertex], desk: &mut Desk, busy: &[bool]) {
+        desk.touches.clear();
         let (mut low, mut high, mut speed) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], 0.0_f64);
         for v in vertices.iter() {
             low = std::array::from_fn(|k| low[k].min(v.x[k]));
@@ -39,29 +74,30 @@ impl Scout<'_, '_> {
         }
         for (k, vertex) in vertices.iter_mut().enumerate() {
             let body = self.owner[from + k] as usize;
+            let place = Place::vertex((from + k) as u32);
             desk.alone.clear();
             for wall in &walls {
                 let Some(surface) = wall.surface[body] else { continue };
                 let (distance, normal) = wall.shape.distance(vertex.x);
-                self.note(vertex, (from + k, Cause::Wall), (distance - half, normal), ([0.0; 3], surface), desk);
+                desk.alone.extend(self.note(vertex.u, place, Cause::Wall, (distance - half, normal), surface));
             }
             let alone = desk.alone.len();
             for &p in &partners {
                 let Some(surface) = self.setting.partners[p].surface[body] else { continue };
                 let (distance, normal) = self.placed[p].distance(vertex.x);
-                let other = self.course.proxies[p].velocity(vertex.x);
-                self.note(vertex, (from + k, Cause::Proxy(p)), (distance - half, normal), (other, surface), desk);
+                let relative = sub(vertex.u, self.course.proxies[p].velocity(vertex.x));
+                desk.alone.extend(self.note(relative, place, Cause::Proxy(p), (distance - half, normal), surface));
             }
             for (s, (swarm, meeting)) in self.course.swarms.iter().zip(&self.course.meetings).enumerate() {
                 if meeting.body != body {
                     continue;
                 }
                 if let Some((i, gap, normal)) = swarm.nearest(from + k, vertex.x) {
-                    let side = (swarm.velocity(i), meeting.surface);
-                    self.note(vertex, (from + k, Cause::Sample(s, i)), (gap - half, normal), side, desk);
+                    let (relative, surface) = (sub(vertex.u, swarm.velocity(i)), meeting.surface);
+                    desk.alone.extend(self.note(relative, place, Cause::Sample(s, i), (gap - half, normal), surface));
                 }
             }
-            if desk.alone.len() > alone {
+            if desk.alone.len() > alone || busy[from + k] {
                 desk.touches.append(&mut desk.alone);
             } else if alone > 0 && vertex.w > 0.0 {
                 desk.count += alone as u64;
@@ -75,20 +111,19 @@ impl Scout<'_, '_> {
     /// At a partner that can also happen by what others do to it: there a little more is watched.
     fn note(
         &self,
-        vertex: &Vertex,
-        (index, cause): (usize, Cause),
+        relative: Vec3,
+        place: Place,
+        cause: Cause,
         (gap, normal): (f64, Vec3),
-        (other, surface): (Vec3, Surface),
-        desk: &mut Desk,
-    ) {
-        let relative = sub(vertex.u, other);
+        surface: Surface,
+    ) -> Option<Touch> {
         let closing = gap + self.h * dot(relative, normal);
+        // A point between corners is also moved by what is done to them.
         let watched = match cause {
-            Cause::Wall => 0.0,
+            Cause::Wall if place.is_vertex() => 0.0,
             _ => self.h * norm(relative) + 0.05 * self.setting.thickness,
         };
-        if closing < watched || (surface == Surface::Stick && gap <= HOLDS) {
-            desk.alone.push(Touch::new(index as u32, cause, normal, gap, surface));
-        }
+        let touches = closing < watched || (surface == Surface::Stick && gap <= HOLDS);
+        touches.then(|| Touch::new(place, cause, normal, gap, surface))
     }
 }

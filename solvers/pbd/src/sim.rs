@@ -6,6 +6,10 @@ use rayon::prelude::*;
 
 use crate::bend::Hinge;
 use crate::contact::{Others, Surface, Touch, settle};
+use crate::near::{Near, Speeds, radius};
+use crate::own::Mesh;
+use crate::pair::Pair;
+use crate::place::Place;
 use crate::proxy::Proxy;
 use crate::push::{Action, Push};
 use crate::samples::Swarm;
@@ -17,6 +21,8 @@ use cosplat_core::distance::{Placed, Shape};
 
 /// Part of the shortest edge that a vertex may move in a substep.
 pub(crate) const COURANT: f64 = 0.3;
+/// Most parts of a substep in which contact is looked at.
+const MOST_PARTS: f64 = 16.0;
 /// Substeps of a step beyond which a cloth is not fast but blowing up.
 const MOST_SUBSTEPS: f64 = 1e6;
 
@@ -74,10 +80,12 @@ pub(crate) struct Kick {
 
 /// Own side of a contact with a partner that shows samples.
 #[derive(Clone, Debug)]
-pub(crate) struct Meeting {
+pub(crate) struct Meeting<'a> {
     /// Own body.
     pub(crate) body: usize,
     pub(crate) surface: Surface,
+    /// Points of its triangles that are as close together as the samples.
+    pub(crate) lattice: &'a [Place],
 }
 
 /// One step in progress.
@@ -88,10 +96,11 @@ pub(crate) struct Course<'a> {
     pub(crate) proxies: Vec<Proxy>,
     pub(crate) swarms: Vec<Swarm<'a>>,
     /// In the order of the swarms.
-    pub(crate) meetings: Vec<Meeting>,
+    pub(crate) meetings: Vec<Meeting<'a>>,
     pub(crate) kicks: Vec<Kick>,
     /// Normals at the start of the step, where air moves.
     pub(crate) normals: Vec<Vec3>,
+    pub(crate) near: Near,
     pub(crate) books: Books,
 }
 
@@ -110,6 +119,8 @@ pub(crate) struct Books {
     pub(crate) kicks: Vec<Tally>,
     /// Contacts solved, summed over the substeps.
     pub(crate) touches: u64,
+    /// Substeps in which pieces of cloth moved more than a thickness relative to each other between two looks.
+    pub(crate) too_fast: u64,
 }
 
 /// Books of one block in one substep.
@@ -138,6 +149,7 @@ pub(crate) struct Sim {
     pub(crate) size: usize,
     pub(crate) edges: Phases<Edge>,
     pub(crate) hinges: Phases<Hinge>,
+    pub(crate) mesh: Mesh,
     pub(crate) setting: Setting,
 }
 
@@ -212,7 +224,6 @@ impl Sim {
         for desk in desks.iter_mut() {
             *desk = Desk { kicks: vec![Tally::default(); kicks.len()], ..std::mem::take(desk) };
             (desk.driven, desk.held, desk.count) = (Tally::default(), Tally::default(), 0);
-            desk.touches.clear();
         }
         for i in 0..setting.iterations[0].max(setting.iterations[1]) {
             let solver = Solve { h, per_h2: 1.0 / (h * h), first: i == 0, relaxed: setting.relaxed };
@@ -262,44 +273,101 @@ impl Sim {
                 self.hinges.anchored.iter_mut().for_each(|c| anchor(c, &mut self.vertices, &solver, held));
             }
         }
-        self.meet(course, desks, t, h);
-        for vertex in &mut self.vertices {
-            vertex.x = add(vertex.x, scale(vertex.u, h));
+        let parts = self.parts(course, h);
+        for i in 0..parts {
+            let part = h / f64::from(parts);
+            self.meet(course, desks, t + f64::from(i) * part, part);
+            self.drift(course, part);
         }
-        course.proxies.iter_mut().for_each(|p| p.drift(h));
-        course.swarms.iter_mut().for_each(|s| s.drift(h));
         let books = &mut course.books;
         for desk in desks.iter() {
             books.driven.add(&desk.driven);
             books.held.add(&desk.held);
-            books.touches += desk.count + desk.touches.len() as u64;
+            books.touches += desk.count;
             for (sum, one) in books.kicks.iter_mut().zip(&desk.kicks) {
                 sum.add(one);
             }
         }
     }
 
-    /// Contact of one substep.
+    /// Parts of a substep in which contact is looked at: cloth moves less than its thickness relative to other cloth in
+    /// each, so that nothing passes unseen. Shorter substeps instead would make what a sweep leaves stiffer, and give it
+    /// energy.
+    fn parts(&self, course: &mut Course, h: f64) -> u32 {
+        if self.mesh.friction.is_empty() {
+            return 1;
+        }
+        let wanted = (h * self.speeds(course).own / self.setting.thickness).ceil();
+        course.books.too_fast += u64::from(wanted > MOST_PARTS);
+        wanted.clamp(1.0, MOST_PARTS) as u32
+    }
+
+    /// Moves everything for `h` \[s\].
+    fn drift(&mut self, course: &mut Course, h: f64) {
+        let speeds = self.speeds(course);
+        course.near.age(speeds, h);
+        for vertex in &mut self.vertices {
+            vertex.x = add(vertex.x, scale(vertex.u, h));
+        }
+        course.proxies.iter_mut().for_each(|p| p.drift(h));
+        course.swarms.iter_mut().for_each(|s| s.drift(h));
+    }
+
+    /// Contact of one substep, or of a part of it.
     fn meet(&mut self, course: &mut Course, desks: &mut [Desk], t: f64, h: f64) {
         let setting = &self.setting;
         course.proxies.iter_mut().for_each(|p| p.push(h));
         course.swarms.iter_mut().for_each(|s| s.at(t));
-        if setting.walls.is_empty() && course.proxies.is_empty() && course.swarms.is_empty() {
+        let alone = setting.walls.is_empty() && course.proxies.is_empty() && course.swarms.is_empty();
+        if alone && self.mesh.friction.is_empty() {
             return;
         }
         let placed: Vec<Placed> =
             course.proxies.iter().zip(&setting.partners).map(|(p, partner)| p.placed(&partner.shape)).collect();
+        let speeds = self.speeds(course);
+        let mut near = std::mem::take(&mut course.near);
+        near.renew(self, &placed, speeds, h);
+        let mut pairs = self.pairs(&near, h);
         let scout = Scout { setting, course: &*course, placed: &placed, owner: &self.owner, h };
+        let mut between = Vec::new();
+        scout.spots(near.spots(), &self.vertices, &mut between);
+        let mut busy = vec![false; self.vertices.len()];
+        between.iter().flat_map(|t| t.place.parts()).for_each(|(i, _)| busy[i] = true);
+        pairs.iter().flat_map(|p| p.ends).for_each(|i| busy[i as usize] = true);
         let work: Vec<_> = self.vertices.chunks_mut(self.size).zip(desks.iter_mut()).collect();
-        each(setting.parallel, work, |b, (vertices, desk)| scout.block(b * self.size, vertices, desk));
-        let mut touches: Vec<Touch> = desks.iter().flat_map(|d| d.touches.iter().copied()).collect();
+        each(setting.parallel, work, |b, (vertices, desk)| scout.block(b * self.size, vertices, desk, &busy));
+        // Vertices last: what they touch then holds exactly, whatever is left of the turns before.
+        let mut touches = between;
+        touches.extend(desks.iter().flat_map(|d| d.touches.iter().copied()));
+        course.near = near;
+        course.books.touches += (touches.len() + pairs.len()) as u64;
         let mut others = Others {
             proxies: &mut course.proxies,
             swarms: &mut course.swarms,
             on_own: &mut course.books.swarms,
             external: &mut course.books.held,
         };
-        settle(&mut self.vertices, &self.owner, &mut touches, &mut others, (setting.turns, h));
+        for _ in 0..setting.turns {
+            for pair in &mut pairs {
+                pair.solve(&mut self.vertices, h, others.external);
+            }
+            settle(&mut self.vertices, &self.owner, &mut touches, &mut others, h);
+        }
+    }
+
+    /// Pieces of cloth that touch.
+    fn pairs(&self, near: &Near, h: f64) -> Vec<Pair> {
+        let (vertices, thickness) = (&self.vertices, self.setting.thickness);
+        if self.setting.parallel {
+            near.candidates().par_iter().filter_map(|c| c.touch(vertices, thickness, h)).collect()
+        } else {
+            near.candidates().iter().filter_map(|c| c.touch(vertices, thickness, h)).collect()
+        }
+    }
+
+    /// How fast things move.
+    fn speeds(&self, course: &Course) -> Speeds {
+        Speeds::new(&self.vertices, &course.proxies, self.setting.partners.iter().map(|p| radius(&p.shape)))
     }
 }
 

@@ -5,6 +5,7 @@ mod common;
 use common::{Run, cloth, floor, pair, record, wall};
 use cosplat_conformance::parts;
 use cosplat_core::boundary::{BoundaryState, Impulses, SampleStatics, Samples, add, norm, scale, sub};
+use cosplat_core::distance::{Placed, Shape, SignedDistance};
 use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{Inputs, PartnerInput, PartnerSetup, Plugin, SolverScene, ViewRole};
 use cosplat_core::scene::{MotionRule, Pose, Source, Wall};
@@ -185,4 +186,53 @@ fn a_sheet_and_free_samples_go_on_together() {
         assert!((velocity[220][2] * (vertex + mass) / vertex + 1.0).abs() < 1e-12, "{:?}", velocity[220]);
         assert!(norm(sub(all, [0.0, 0.0, -0.002])) < 1e-15, "{all:?}");
     }
+}
+
+/// How far below its surface a solid has come through triangles \[m\]: over points a tenth of a side apart.
+fn deepest(run: &Run, triangles: &[[usize; 3]], solid: &impl SignedDistance) -> f64 {
+    let v = run.vertices("sheet");
+    let shares = (0..=10).flat_map(|a| (0..=10 - a).map(move |b| [f64::from(a) / 10.0, f64::from(b) / 10.0]));
+    let points = triangles.iter().flat_map(|t| shares.clone().map(move |s| (t, s)));
+    let at = |(t, [a, b]): (&[usize; 3], [f64; 2])| {
+        add(add(scale(v[t[0]], 1.0 - a - b), scale(v[t[1]], a)), scale(v[t[2]], b))
+    };
+    points.map(|p| -solid.distance(at(p)).0).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Triangles of a sheet of `n` by `n` squares, diagonals alternating.
+fn squares(n: usize) -> Vec<[usize; 3]> {
+    let corners = |i: usize, j: usize| [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| j * (n + 1) + i);
+    let halves = |(i, j): (usize, usize)| match corners(i, j) {
+        [a, b, c, d] if (i + j) % 2 == 0 => [[a, b, c], [a, c, d]],
+        [a, b, c, d] => [[a, b, d], [b, c, d]],
+    };
+    (0..n).flat_map(|j| (0..n).map(move |i| (i, j))).flat_map(halves).collect()
+}
+
+#[test]
+fn an_edge_and_a_corner_do_not_come_through_between_vertices() {
+    // A block on its corner, far sharper than the squares of the sheet are small.
+    let turned =
+        nalgebra::UnitQuaternion::rotation_between(&nalgebra::Vector3::new(1.0, 1.0, 1.0), &nalgebra::Vector3::z())
+            .expect("not opposite");
+    let pose = Pose { position_m: [0.013, 0.007, 0.0], orientation: turned.coords.into() };
+    let source = Source::Box { size_m: [0.2; 3] };
+    let mut scene = scene(0.5, 0.05, 0.19, 120, 0.005);
+    let rough = Wall::Friction { static_friction: 0.8, kinetic_friction: 0.8 };
+    scene.statics = vec![wall("block", source.clone(), pose.clone(), rough)];
+    scene.actions = vec![parts::gravity()];
+    scene.params.insert("damping_1_s".into(), 3.0.into());
+    let block = Placed::at(Shape::of(&source).expect("a formula"), &pose);
+    let triangles = squares(10);
+    let mut run = Run::new(scene);
+    let worst = (0..120)
+        .map(|_| {
+            run.step();
+            deepest(&run, &triangles, &block)
+        })
+        .fold(f64::NEG_INFINITY, f64::max);
+    println!("deepest {worst:e} m");
+    // Contact is at half of 1 mm; what is left of that is what places are off by between two searches.
+    assert!(worst < 0.0, "{worst}");
+    assert!(run.defect[0] < 1e-12 * run.gross && run.defect[1] < 1e-12 * run.gross, "{:?}", run.defect);
 }

@@ -1,0 +1,140 @@
+//! What may touch during the next substeps, looked for again before anything could have moved further than was allowed
+//! for. A step begins with a search, so that nothing of it has to be saved.
+
+use cosplat_core::boundary::{Vec3, norm, sub};
+use cosplat_core::distance::{Placed, Shape};
+
+use crate::own::{self, Candidate};
+use crate::place::Place;
+use crate::proxy::Proxy;
+use crate::search;
+use crate::sim::Sim;
+use crate::vertex::Vertex;
+
+/// Share of the shortest edge that things may move before they are looked for again.
+const ALLOWED: f64 = 0.3;
+/// Share of the thickness by which a face must be deeper than its corners to be met between them.
+const TOLERANCE: f64 = 0.1;
+
+/// The other side of a point of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Target {
+    /// A static collider, by its number.
+    Wall(usize),
+    /// A rigid partner.
+    Proxy(usize),
+}
+
+/// A list that ages.
+#[derive(Clone, Debug)]
+struct Aging<T> {
+    list: Vec<T>,
+    /// How far things may have moved since \[m\].
+    moved: f64,
+}
+
+impl<T> Default for Aging<T> {
+    fn default() -> Self {
+        Self { list: Vec::new(), moved: f64::INFINITY }
+    }
+}
+
+/// What is near.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Near {
+    spots: Aging<(Place, Target)>,
+    own: Aging<Candidate>,
+}
+
+/// How fast things move \[m/s\].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Speeds {
+    /// Largest towards a solid.
+    solid: f64,
+    /// Largest of two vertices relative to each other.
+    pub(crate) own: f64,
+}
+
+impl Speeds {
+    /// Of vertices and partners with these radii \[m\].
+    pub(crate) fn new(vertices: &[Vertex], partners: &[Proxy], radii: impl Iterator<Item = f64>) -> Self {
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for v in vertices {
+            low = std::array::from_fn(|k| low[k].min(v.u[k]));
+            high = std::array::from_fn(|k| high[k].max(v.u[k]));
+        }
+        if vertices.is_empty() {
+            (low, high) = ([0.0; 3], [0.0; 3]);
+        }
+        let farthest: Vec3 = std::array::from_fn(|k| low[k].abs().max(high[k].abs()));
+        let turning = |(p, radius): (&Proxy, f64)| norm(p.twist()[0]) + norm(p.twist()[1]) * radius;
+        let others = partners.iter().zip(radii).map(turning).fold(0.0, f64::max);
+        Self { solid: norm(farthest) + others, own: norm(sub(high, low)) }
+    }
+}
+
+/// Radius of a shape about its origin \[m\]; of an infinite one none.
+pub(crate) fn radius(shape: &Shape) -> f64 {
+    match shape {
+        Shape::Plane(half) => half.map_or(0.0, |[a, b]| a.hypot(b)),
+        Shape::Box(half) => norm(*half),
+        Shape::Sphere(radius) => *radius,
+        Shape::Cylinder(radius, half) => radius.hypot(*half),
+        Shape::Mesh(mesh) => mesh.radius(),
+    }
+}
+
+impl Near {
+    /// Looks again where something may have moved too far by the end of a substep of `h` \[s\].
+    pub(crate) fn renew(&mut self, sim: &Sim, placed: &[Placed], speeds: Speeds, h: f64) {
+        let setting = &sim.setting;
+        let allowed = ALLOWED * setting.shortest;
+        if self.spots.moved + h * speeds.solid > allowed && !(setting.walls.is_empty() && placed.is_empty()) {
+            let search = search::Search {
+                vertices: &sim.vertices,
+                triangles: &sim.mesh.triangles,
+                reach: 0.5 * setting.thickness + allowed.max(h * speeds.solid) + h * speeds.solid,
+                tolerance: TOLERANCE * setting.thickness,
+                parallel: setting.parallel,
+            };
+            let mut list = Vec::new();
+            let body = |i: usize| sim.owner[i] as usize;
+            for (w, wall) in setting.walls.iter().enumerate() {
+                let found = search.run(&wall.shape, |i| wall.surface[body(i)].is_some());
+                list.extend(found.into_iter().map(|place| (place, Target::Wall(w))));
+            }
+            for (p, shape) in placed.iter().enumerate() {
+                let found = search.run(shape, |i| setting.partners[p].surface[body(i)].is_some());
+                list.extend(found.into_iter().map(|place| (place, Target::Proxy(p))));
+            }
+            self.spots = Aging { list, moved: 0.0 };
+        }
+        if !sim.mesh.friction.is_empty() && self.own.moved + h * speeds.own > allowed {
+            let search = own::Search {
+                mesh: &sim.mesh,
+                vertices: &sim.vertices,
+                owner: &sim.owner,
+                reach: setting.thickness + allowed.max(h * speeds.own) + h * speeds.own,
+                thickness: setting.thickness,
+                parallel: setting.parallel,
+            };
+            self.own = Aging { list: search.run(), moved: 0.0 };
+        }
+    }
+
+    /// Notes that things move for `h` \[s\].
+    pub(crate) fn age(&mut self, speeds: Speeds, h: f64) {
+        self.spots.moved += h * speeds.solid;
+        self.own.moved += h * speeds.own;
+    }
+
+    /// Points of triangles near solids.
+    pub(crate) fn spots(&self) -> &[(Place, Target)] {
+        &self.spots.list
+    }
+
+    /// Pieces of cloth near each other.
+    pub(crate) fn candidates(&self) -> &[Candidate] {
+        &self.own.list
+    }
+}
