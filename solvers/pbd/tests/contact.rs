@@ -64,7 +64,7 @@ fn a_wall_that_sticks_holds_a_sheet_overhead() {
 #[test]
 fn published_silk_survives_in_both_modes() {
     for mode in ["physical", "genesis"] {
-        let mut scene = scene(0.4, 0.01, 0.16, 30, 0.01);
+        let mut scene = scene(0.4, 0.01, 0.16, 15, 0.01);
         scene.bodies[0].material = cosplat_core::scene::presets::preset("silk").expect("a preset").material;
         scene.bodies[0].velocity = parts::twist([0.0, 0.0, -5.0], [0.0, 0.0, 3.0]);
         let pose = Pose { position_m: [0.02, 0.01, 0.0], orientation: common::UPRIGHT };
@@ -75,7 +75,7 @@ fn published_silk_survives_in_both_modes() {
         let mut run = Run::new(scene);
         let energy = |e: &cosplat_core::plugin::Energy| e.kinetic_j + e.potential_j;
         let start = energy(&run.setup.report.energy);
-        let last = (0..30)
+        let last = (0..15)
             .map(|_| energy(&run.step().report.energy))
             .inspect(|e| assert!(*e < 1.05 * start))
             .last()
@@ -219,7 +219,7 @@ fn an_edge_and_a_corner_do_not_come_through_between_vertices() {
     let source = Source::Box { size_m: [0.2; 3] };
     let mut scene = scene(0.5, 0.05, 0.19, 120, 0.005);
     let rough = Wall::Friction { static_friction: 0.8, kinetic_friction: 0.8 };
-    scene.statics = vec![wall("block", source.clone(), pose.clone(), rough)];
+    scene.statics = vec![wall("block", source.clone(), pose, rough)];
     scene.actions = vec![parts::gravity()];
     scene.params.insert("damping_1_s".into(), 3.0.into());
     let block = Placed::at(Shape::of(&source).expect("a formula"), &pose);
