@@ -1,8 +1,12 @@
 //! What may touch during the next substeps, looked for again before anything could have moved further than was allowed
-//! for. A step begins with a search, so that nothing of it has to be saved.
+//! for.
+//!
+//! Points of triangles belong to the state: where on a triangle they are depends on when they were looked for. Pieces of
+//! cloth do not: whatever more than those that touch is in the list, and it is sorted, what comes of it is the same.
 
 use cosplat_core::boundary::{Vec3, norm, sub};
 use cosplat_core::distance::{Placed, Shape};
+use cosplat_core::plugin::{StateError, StateReader, StateSink};
 
 use crate::own::{self, Candidate};
 use crate::place::Place;
@@ -11,8 +15,9 @@ use crate::search;
 use crate::sim::Sim;
 use crate::vertex::Vertex;
 
-/// Share of the shortest edge that things may move before they are looked for again.
+/// Share of the shortest edge that pieces of cloth, and solids, may move before they are looked for again.
 const ALLOWED: f64 = 0.3;
+const ALLOWED_SOLID: f64 = 0.1;
 /// Share of the thickness by which a face must be deeper than its corners to be met between them.
 const TOLERANCE: f64 = 0.1;
 
@@ -88,7 +93,7 @@ impl Near {
     /// Looks again where something may have moved too far by the end of a substep of `h` \[s\].
     pub(crate) fn renew(&mut self, sim: &Sim, placed: &[Placed], speeds: Speeds, h: f64) {
         let setting = &sim.setting;
-        let allowed = ALLOWED * setting.shortest;
+        let allowed = ALLOWED_SOLID * setting.shortest;
         if self.spots.moved + h * speeds.solid > allowed && !(setting.walls.is_empty() && placed.is_empty()) {
             let search = search::Search {
                 vertices: &sim.vertices,
@@ -109,16 +114,20 @@ impl Near {
             }
             self.spots = Aging { list, moved: 0.0 };
         }
+        let allowed = ALLOWED * setting.shortest;
         if !sim.mesh.friction.is_empty() && self.own.moved + h * speeds.own > allowed {
             let search = own::Search {
                 mesh: &sim.mesh,
                 vertices: &sim.vertices,
                 owner: &sim.owner,
-                reach: setting.thickness + allowed.max(h * speeds.own) + h * speeds.own,
+                // Touching is also what may be closed by a push, `Candidate::touch`: a twentieth more.
+                reach: 1.05 * setting.thickness + allowed.max(h * speeds.own) + h * speeds.own,
                 thickness: setting.thickness,
                 parallel: setting.parallel,
             };
-            self.own = Aging { list: search.run(), moved: 0.0 };
+            let mut list = search.run();
+            list.sort_unstable_by_key(Candidate::key);
+            self.own = Aging { list, moved: 0.0 };
         }
     }
 
@@ -129,8 +138,48 @@ impl Near {
     }
 
     /// Points of triangles near solids.
-    pub(crate) fn spots(&self) -> &[(Place, Target)] {
-        &self.spots.list
+    pub(crate) fn spots(&mut self) -> &mut [(Place, Target)] {
+        &mut self.spots.list
+    }
+
+    /// Writes what belongs to the state.
+    pub(crate) fn save(&self, sink: &mut dyn StateSink) {
+        sink.f64(self.spots.moved);
+        sink.u64(self.spots.list.len() as u64);
+        for (place, target) in &self.spots.list {
+            let (ends, share) = place.raw();
+            let (kind, number) = match *target {
+                Target::Wall(w) => (0, w),
+                Target::Proxy(p) => (1, p),
+            };
+            [ends[0].into(), ends[1].into(), ends[2].into(), kind, number as u64].iter().for_each(|&n| sink.u64(n));
+            sink.vec3(share);
+        }
+    }
+
+    /// Reads it back, for so many vertices, walls and partners.
+    pub(crate) fn restore(
+        reader: &mut StateReader,
+        [vertices, walls, partners]: [usize; 3],
+    ) -> Result<Self, StateError> {
+        let moved = reader.f64()?;
+        let (found, mut list) = (reader.u64()?, Vec::new());
+        for _ in 0..found {
+            let numbers = [reader.u64()?, reader.u64()?, reader.u64()?, reader.u64()?, reader.u64()?];
+            let [a, b, c, kind, number] = numbers.map(|n| n as usize);
+            let share = reader.vec3()?;
+            let count = if kind == 0 { walls } else { partners };
+            if [a, b, c].iter().any(|&i| i >= vertices) || number >= count {
+                return Err(StateError::Count {
+                    what: "points of contact",
+                    found: number as u64,
+                    expected: count as u64,
+                });
+            }
+            let target = if kind == 0 { Target::Wall(number) } else { Target::Proxy(number) };
+            list.push((Place::on([a, b, c].map(|i| i as u32), share), target));
+        }
+        Ok(Self { spots: Aging { list, moved }, own: Aging::default() })
     }
 
     /// Pieces of cloth near each other.

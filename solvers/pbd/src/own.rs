@@ -128,6 +128,8 @@ impl Search<'_> {
                 if self.same(first[0], second[0]) && edges_apart(rest(first), rest(second)) < closest * closest {
                     return;
                 }
+                // In one order, whichever of the two comes first in the cells.
+                let [first, second] = if first < second { [first, second] } else { [second, first] };
                 let ends = [first[0], first[1], second[0], second[1]];
                 found.push(Candidate { ends, is_vertex: false, friction });
             });
@@ -191,6 +193,11 @@ impl Boxes {
 const CHUNK: usize = 256;
 
 impl Candidate {
+    /// By what candidates are sorted.
+    pub(crate) fn key(&self) -> (bool, [u32; 4]) {
+        (self.is_vertex, self.ends)
+    }
+
     /// The contact of the two, where they may close their gap in a substep of `h` \[s\].
     pub(crate) fn touch(&self, vertices: &[Vertex], thickness: f64, h: f64) -> Option<Pair> {
         let x = self.ends.map(|i| vertices[i as usize].x);

@@ -5,6 +5,7 @@
 
 use cosplat_core::boundary::{Vec3, add, scale};
 
+use crate::closest::{at, on_triangle};
 use crate::vertex::Vertex;
 
 /// A point of a cloth.
@@ -26,10 +27,21 @@ impl Place {
         Self { ends, share }
     }
 
+    /// Its vertices, also those that have no part in it, and their shares.
+    pub(crate) fn raw(&self) -> ([u32; 3], [f64; 3]) {
+        (self.ends, self.share)
+    }
+
     /// Vertices that have a part in it, and their shares.
     pub(crate) fn parts(&self) -> impl Iterator<Item = (usize, f64)> + use<> {
         let pairs: [(u32, f64); 3] = std::array::from_fn(|k| (self.ends[k], self.share[k]));
         pairs.into_iter().filter(|(_, s)| *s > 0.0).map(|(i, s)| (i as usize, s))
+    }
+
+    /// The point of the same triangle that is nearest to this one moved by `way` \[m\].
+    pub(crate) fn moved(&self, vertices: &[Vertex], way: Vec3) -> Self {
+        let x = self.ends.map(|i| vertices[i as usize].x);
+        Self { ends: self.ends, share: on_triangle(x, add(at(x, self.share), way)) }
     }
 
     /// Whether it is a single vertex.

@@ -35,6 +35,7 @@ struct Run {
     pool: Option<rayon::ThreadPool>,
     /// Points of triangles that meet the samples of each interface that shows some.
     lattices: Vec<Vec<Place>>,
+    near: Near,
 }
 
 impl Plugin for Pbd {
@@ -62,7 +63,7 @@ impl Plugin for Pbd {
         let foreseen = vec![None; model.sim.setting.partners.len()];
         let marks = vec![Marks::default(); model.faces.len()];
         let lattices = vec![Vec::new(); model.faces.len()];
-        let run = Run { model, marks, dissipated: 0.0, foreseen, pool, lattices };
+        let run = Run { model, marks, dissipated: 0.0, foreseen, pool, lattices, near: Near::default() };
         let setup = run.setup();
         self.run = Some(run);
         Ok(setup)
@@ -93,9 +94,10 @@ impl Plugin for Pbd {
         let has_wind = run.model.sim.setting.actions.iter().any(|a| matches!(a.influence, Influence::Wind(..)));
         let normals = if has_wind { run.model.all_normals() } else { Vec::new() };
         let (start, length, books) = (step.start_s, step.length_s, Books::default());
-        let near = Near::default();
+        let near = std::mem::take(&mut run.near);
         let mut course = Course { start, length, proxies, swarms, meetings, kicks, normals, near, books };
         run.model.sim.run(&mut course, run.pool.as_ref(), pulse)?;
+        run.near = std::mem::take(&mut course.near);
         for (foreseen, proxy) in run.foreseen.iter_mut().zip(&course.proxies) {
             *foreseen = Some(proxy.twist()[0]);
         }
@@ -125,6 +127,7 @@ impl Plugin for Pbd {
             sink.u64(u64::from(foreseen.is_some()));
             sink.vec3(foreseen.unwrap_or_default());
         }
+        run.near.save(sink);
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), PluginError> {
@@ -145,11 +148,14 @@ impl Plugin for Pbd {
             let velocity = reader.vec3()?;
             foreseen.push(known.then_some(velocity));
         }
+        let setting = &run.model.sim.setting;
+        let counts = [run.model.sim.vertices.len(), setting.walls.len(), setting.partners.len()];
+        let near = Near::restore(&mut reader, counts)?;
         reader.end()?;
         for (vertex, [x, u]) in run.model.sim.vertices.iter_mut().zip(places) {
             (vertex.x, vertex.u) = (x, u);
         }
-        (run.dissipated, run.foreseen) = (dissipated, foreseen);
+        (run.dissipated, run.foreseen, run.near) = (dissipated, foreseen, near);
         Ok(())
     }
 }

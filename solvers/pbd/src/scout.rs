@@ -9,6 +9,12 @@ use crate::sim::{Course, Desk, Setting, Wall};
 use crate::vertex::Vertex;
 use cosplat_core::distance::{Placed, SignedDistance};
 
+/// Steps of a point down the distance, for each way of the two sides relative to each other: what slides over a ridge
+/// of 60° is followed.
+const FOLLOW: f64 = 2.0;
+/// The least step, in shortest edges.
+const LEAST_STEP: f64 = 0.01;
+
 /// Looks for contact.
 pub(crate) struct Scout<'s, 'a> {
     pub(crate) setting: &'s Setting,
@@ -19,12 +25,14 @@ pub(crate) struct Scout<'s, 'a> {
 }
 
 impl Scout<'_, '_> {
-    /// Finds what points of triangles touch.
-    pub(crate) fn spots(&self, spots: &[(Place, Target)], vertices: &[Vertex], touches: &mut Vec<Touch>) {
+    /// Finds what points of triangles touch, and lets them follow the ridges that they are on: each goes down the
+    /// distance by what the two sides move in a substep, or a little where they rest.
+    pub(crate) fn spots(&self, spots: &mut [(Place, Target)], vertices: &[Vertex], touches: &mut Vec<Touch>) {
         let half = 0.5 * self.setting.thickness;
-        for &(place, target) in spots {
+        for (spot, target) in spots {
+            let place = *spot;
             let (x, body) = (place.position(vertices), self.owner[place.first()] as usize);
-            let (shape, surface, cause, other) = match target {
+            let (shape, surface, cause, other) = match *target {
                 Target::Wall(w) => {
                     let wall = &self.setting.walls[w];
                     (&wall.shape, wall.surface[body], Cause::Wall, [0.0; 3])
@@ -38,6 +46,8 @@ impl Scout<'_, '_> {
             let (distance, normal) = shape.distance(x);
             let relative = sub(place.velocity(vertices), other);
             touches.extend(self.note(relative, place, cause, (distance - half, normal), surface));
+            let step = FOLLOW * self.h * norm(relative) + LEAST_STEP * self.setting.shortest;
+            *spot = place.moved(vertices, scale(normal, -step));
         }
         for (s, (swarm, meeting)) in self.course.swarms.iter().zip(&self.course.meetings).enumerate() {
             for (k, place) in meeting.lattice.iter().enumerate().filter(|(k, _)| swarm.is_near(vertices.len() + k)) {
