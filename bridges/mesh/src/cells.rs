@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 /// A cell of the lattice.
-type Key = [i64; 3];
+pub(crate) type Key = [i64; 3];
 
 /// Points by cell.
 pub(crate) struct Cells {
@@ -34,7 +34,8 @@ impl Cells {
     }
 }
 
-fn key(p: &Vector3<f64>, size: f64) -> Key {
+/// The cell of a point.
+pub(crate) fn key(p: &Vector3<f64>, size: f64) -> Key {
     // Conversion to integers saturates; half of the range leaves room for the neighbours.
     [0, 1, 2].map(|k| ((p[k] / size).floor() as i64).clamp(i64::MIN / 2, i64::MAX / 2))
 }

@@ -7,9 +7,19 @@ use thiserror::Error;
 pub enum Fault {
     /// The file could not be read.
     Io,
+    /// The file is none of the known formats.
+    UnknownFormat,
+    /// The header contradicts itself or the format.
+    Header,
+    /// The file ends before what it promises.
+    Truncated,
+    /// The file asks for more memory or time than its size justifies.
+    TooLarge,
+    /// The format or one of its options is known but not read here.
+    Unsupported,
     /// The file has no surface in it.
     Empty,
-    /// A line does not say what its keyword promises.
+    /// A line or a value does not say what its keyword promises.
     Syntax,
     /// A face names a vertex that is not there.
     Index,
@@ -29,7 +39,7 @@ pub struct MeshError {
     pub fault: Fault,
     /// Name of the file, or `<memory>`.
     pub file: String,
-    /// Place: `line 12`, or `whole mesh`.
+    /// Place: a line, row, triangle, accessor, or `whole mesh`.
     pub place: String,
     /// What is wrong there.
     pub what: String,
@@ -45,7 +55,7 @@ impl MeshError {
         what: impl Into<String>,
         advice: impl Into<String>,
     ) -> MeshError {
-        let (place, what, advice) = (place.into(), what.into(), advice.into());
+        let (place, what, advice) = (plain(place.into()), plain(what.into()), advice.into());
         MeshError { fault, file: "<memory>".to_owned(), place, what, advice }
     }
 
@@ -60,4 +70,15 @@ impl MeshError {
         self.file = file.into();
         self
     }
+}
+
+/// Words for one line of a terminal, also where they quote a file: no control characters, and no more than a few lines.
+fn plain(text: String) -> String {
+    const MOST: usize = 240;
+    if text.len() <= MOST && !text.contains(char::is_control) {
+        return text;
+    }
+    let shown = text.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c });
+    let more = if text.chars().nth(MOST).is_some() { "..." } else { "" };
+    shown.take(MOST).chain(more.chars()).collect()
 }

@@ -1,6 +1,6 @@
 //! Triangle meshes: from a file to a body that can be simulated and drawn.
 //!
-//! [`Prepared::from_file`] reads an OBJ file, welds its vertices and brings it to metres and +z up; the result is the
+//! [`Prepared::from_file`] reads a file of any format in [`format`](mod@format), welds its vertices and brings it to metres and +z up; the result is the
 //! [`TriangleMesh`](cosplat_core::asset::TriangleMesh) that a solver is given. [`surface_samples`] covers it with
 //! oriented points, [`SignedDistance`] says what is inside, [`fill`] puts particles there.
 //!
@@ -10,7 +10,7 @@ mod cells;
 mod distance;
 mod error;
 mod filling;
-pub mod obj;
+pub mod format;
 mod prepare;
 mod random;
 mod sample;

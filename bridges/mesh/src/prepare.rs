@@ -9,7 +9,7 @@ use cosplat_core::boundary::Vec3;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::{Fault, MeshError};
-use crate::obj;
+use crate::format::{self, Beside};
 use crate::weld::weld;
 
 /// How a file becomes a mesh.
@@ -40,6 +40,8 @@ pub struct Report {
     pub box_m: [Vec3; 2],
     /// Volume, centre and inertia, where the surface is closed.
     pub solid: Option<Solid>,
+    /// What was left out of the file or assumed.
+    pub notes: Vec<String>,
 }
 
 impl fmt::Display for Report {
@@ -73,35 +75,44 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Reads an OBJ file.
+    /// Reads a file of any known format.
     ///
     /// # Errors
-    /// The file cannot be read or is damaged, or the recipe has no scale or no up axis.
+    /// The file cannot be read, is of no known format or damaged, or the recipe has no scale or no up axis.
     pub fn from_file(path: &Path, recipe: &Recipe) -> Result<Prepared, MeshError> {
         let name = path.display().to_string();
         let io = |error: std::io::Error| {
             MeshError::new(Fault::Io, "whole file", error.to_string(), "check the path and its permissions")
         };
         let bytes = fs::read(path).map_err(|error| io(error).in_file(&name))?;
-        Prepared::from_obj(&bytes, recipe).map_err(|error| error.in_file(&name))
+        let ending = path.extension().and_then(|ending| ending.to_str());
+        let beside = Beside::of(path);
+        Prepared::from_bytes(&bytes, ending, beside, recipe).map_err(|error| error.in_file(&name))
     }
 
-    /// Reads the bytes of an OBJ file.
+    /// Reads the bytes of a file; see [`format::read`].
     ///
     /// # Errors
     /// As for [`Prepared::from_file`].
-    pub fn from_obj(bytes: &[u8], recipe: &Recipe) -> Result<Prepared, MeshError> {
+    pub fn from_bytes(
+        bytes: &[u8],
+        ending: Option<&str>,
+        beside: Beside<'_>,
+        recipe: &Recipe,
+    ) -> Result<Prepared, MeshError> {
         let scale = recipe.metres_per_unit;
         if !(scale.is_finite() && scale > 0.0) {
             let what = format!("one unit of the file is {scale} m");
             return Err(MeshError::whole(Fault::Value, what, "give `metres_per_unit` a positive number"));
         }
         let turn = upright(recipe.up)?;
-        let mut mesh = obj::read(bytes)?;
+        let format::Decoded { mut mesh, notes } = format::read(bytes, ending, beside)?;
         for v in &mut mesh.vertices_m {
             *v = (turn * Vector3::from(*v) * scale).into();
         }
-        Prepared::from_mesh(mesh)
+        let mut prepared = Prepared::from_mesh(mesh)?;
+        prepared.report.notes = notes;
+        Ok(prepared)
     }
 
     /// Welds a mesh that is in metres already, and measures it.
@@ -130,6 +141,7 @@ impl Prepared {
             area_m2,
             box_m: [lower.into(), upper.into()],
             solid: mesh.solid().ok(),
+            notes: Vec::new(),
         };
         Ok(Prepared { mesh, report })
     }

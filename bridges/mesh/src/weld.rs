@@ -1,9 +1,11 @@
 //! Vertices in one place become one vertex, so that it can be seen whether a surface is closed.
 
+use std::collections::HashMap;
+
 use cosplat_core::asset::TriangleMesh;
 use nalgebra::Vector3;
 
-use crate::cells::Cells;
+use crate::cells::{Key, key};
 
 /// Vertices nearer than this fraction of the diagonal of the box are one: files print six or seven digits.
 const TOLERANCE: f64 = 1e-6;
@@ -23,19 +25,7 @@ pub(crate) fn weld(mesh: &mut TriangleMesh) -> Welded {
     let Some(first) = points.first() else { return Welded::default() };
     let (lower, upper) = points.iter().fold((*first, *first), |(l, u), p| (l.inf(p), u.sup(p)));
     let tolerance = TOLERANCE * (upper - lower).norm();
-    let mut same: Vec<u32> = (0..points.len() as u32).collect();
-    if tolerance > 0.0 {
-        let cells = Cells::new(&points, tolerance);
-        for i in 0..points.len() {
-            let mut least = i as u32;
-            cells.around(&points[i], |j| {
-                if j < least && same[j as usize] == j && (points[j as usize] - points[i]).norm() <= tolerance {
-                    least = j;
-                }
-            });
-            same[i] = least;
-        }
-    }
+    let same = if tolerance > 0.0 { first_nearby(&points, tolerance) } else { (0..points.len() as u32).collect() };
     let (vertices, triangles) = (mesh.vertices_m.len(), mesh.triangles.len());
     for t in &mut mesh.triangles {
         *t = t.map(|i| same[i as usize]);
@@ -53,4 +43,26 @@ pub(crate) fn weld(mesh: &mut TriangleMesh) -> Welded {
     }
     mesh.vertices_m = kept;
     Welded { vertices: vertices - mesh.vertices_m.len(), triangles: triangles - mesh.triangles.len() }
+}
+
+/// For each point the first one within the tolerance that is its own first, or itself.
+///
+/// Only firsts are kept in the cells: they are farther than the tolerance from each other, so a cell holds a few, also
+/// of a file with all its points in one place.
+fn first_nearby(points: &[Vector3<f64>], tolerance: f64) -> Vec<u32> {
+    let mut firsts: HashMap<Key, Vec<u32>> = HashMap::new();
+    let mut same = Vec::with_capacity(points.len());
+    for (i, point) in points.iter().enumerate() {
+        let [x, y, z] = key(point, tolerance);
+        let mut least = i as u32;
+        for near in (0..27).map(|k| [x + k / 9 - 1, y + k / 3 % 3 - 1, z + k % 3 - 1]) {
+            let is_same = |&&j: &&u32| (points[j as usize] - point).norm() <= tolerance;
+            least = firsts.get(&near).and_then(|cell| cell.iter().find(is_same)).map_or(least, |j| least.min(*j));
+        }
+        if least == i as u32 {
+            firsts.entry([x, y, z]).or_default().push(least);
+        }
+        same.push(least);
+    }
+    same
 }

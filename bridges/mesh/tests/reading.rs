@@ -3,7 +3,8 @@
 mod common;
 
 use common::{brick, data};
-use cosplat_mesh::{Fault, Prepared, Recipe, obj};
+use cosplat_mesh::format::{self, Beside};
+use cosplat_mesh::{Fault, Prepared, Recipe};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -26,7 +27,7 @@ f 2 3 7 6
 
 #[test]
 fn a_cube_is_a_cube() {
-    let found = Prepared::from_obj(CUBE.as_bytes(), &PLAIN).unwrap();
+    let found = Prepared::from_bytes(CUBE.as_bytes(), Some("obj"), Beside::Nothing, &PLAIN).unwrap();
     let solid = found.report.solid.unwrap();
     assert_eq!((found.report.triangles_read, found.report.open_edges, found.mesh.vertices_m.len()), (12, 0, 8));
     assert!((solid.volume_m3 - 1.0).abs() < 1e-14 && (found.report.area_m2 - 6.0).abs() < 1e-14);
@@ -35,7 +36,9 @@ fn a_cube_is_a_cube() {
 #[test]
 fn scale_and_up_axis_are_applied() {
     for up in [[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.3, -0.2, 0.4]] {
-        let found = Prepared::from_obj(CUBE.as_bytes(), &Recipe { metres_per_unit: 0.5, up }).unwrap();
+        let found =
+            Prepared::from_bytes(CUBE.as_bytes(), Some("obj"), Beside::Nothing, &Recipe { metres_per_unit: 0.5, up })
+                .unwrap();
         let solid = found.report.solid.unwrap();
         assert!((solid.volume_m3 - 0.125).abs() < 1e-14, "{up:?}");
         // The middle of the cube along the up axis is its height.
@@ -43,7 +46,9 @@ fn scale_and_up_axis_are_applied() {
         assert!((solid.centroid_m[2] - height).abs() < 1e-14, "{up:?}");
     }
     for (metres_per_unit, up) in [(0.0, [0.0, 1.0, 0.0]), (f64::NAN, [0.0, 1.0, 0.0]), (1.0, [0.0; 3])] {
-        let error = Prepared::from_obj(CUBE.as_bytes(), &Recipe { metres_per_unit, up }).unwrap_err();
+        let error =
+            Prepared::from_bytes(CUBE.as_bytes(), Some("obj"), Beside::Nothing, &Recipe { metres_per_unit, up })
+                .unwrap_err();
         assert_eq!(error.fault, Fault::Value);
     }
 }
@@ -81,7 +86,7 @@ fn mistakes_have_their_line_and_a_way_out() {
         ("v 1e300 0 0\nv 0 1e300 0\nv 0 0 1e300\nf 1 2 3\n", Fault::Empty, "whole mesh", "zero or too large"),
     ];
     for (text, fault, place, part) in cases {
-        let error = Prepared::from_obj(text.as_bytes(), &PLAIN).unwrap_err();
+        let error = Prepared::from_bytes(text.as_bytes(), Some("obj"), Beside::Nothing, &PLAIN).unwrap_err();
         assert_eq!((error.fault, error.place.as_str()), (fault, place), "{text:?}: {error}");
         assert!(error.what.contains(part) && !error.advice.is_empty(), "{text:?}: {error}");
     }
@@ -94,16 +99,16 @@ proptest! {
 
     #[test]
     fn no_bytes_make_the_reader_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
-        let _ = Prepared::from_obj(&bytes, &PLAIN);
+        let _ = Prepared::from_bytes(&bytes, Some("obj"), Beside::Nothing, &PLAIN);
     }
 
     #[test]
     fn no_words_make_the_reader_panic(words in prop::collection::vec("(v|f|-?[0-9]{1,3}|1e[0-9]{1,3}|/|\n|\\\\\n|#)", 0..80)) {
         let text = words.join(" ");
-        if let Ok(mesh) = obj::read(text.as_bytes()) {
+        if let Ok(format::Decoded { mesh, .. }) = format::read(text.as_bytes(), Some("obj"), Beside::Nothing) {
             prop_assert!(mesh.triangles.iter().flatten().all(|&i| (i as usize) < mesh.vertices_m.len()));
         }
-        let _ = Prepared::from_obj(text.as_bytes(), &PLAIN);
+        let _ = Prepared::from_bytes(text.as_bytes(), Some("obj"), Beside::Nothing, &PLAIN);
     }
 }
 

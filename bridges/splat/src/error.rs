@@ -47,7 +47,7 @@ impl SplatError {
         what: impl Into<String>,
         advice: impl Into<String>,
     ) -> SplatError {
-        let (place, what, advice) = (place.into(), what.into(), advice.into());
+        let (place, what, advice) = (plain(place.into()), plain(what.into()), advice.into());
         SplatError { fault, file: "<memory>".to_owned(), place, what, advice }
     }
 
@@ -63,4 +63,15 @@ impl SplatError {
         let what = format!("{needs} bytes are promised and {has} are there");
         SplatError::new(Fault::Truncated, place, what, "copy or download the file again")
     }
+}
+
+/// Words for one line of a terminal, also where they quote a file: no control characters, and no more than a few lines.
+fn plain(text: String) -> String {
+    const MOST: usize = 240;
+    if text.len() <= MOST && !text.contains(char::is_control) {
+        return text;
+    }
+    let shown = text.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c });
+    let more = if text.chars().nth(MOST).is_some() { "..." } else { "" };
+    shown.take(MOST).chain(more.chars()).collect()
 }

@@ -18,6 +18,17 @@ pub enum Axes {
     Scene,
 }
 
+impl Axes {
+    /// The up axis by convention, as scenes name it; nothing where there is none.
+    pub fn up(self) -> Option<&'static str> {
+        match self {
+            Axes::Rdf => Some("-y"),
+            Axes::Rub => Some("+y"),
+            Axes::Scene => None,
+        }
+    }
+}
+
 /// A property of a file that this crate does not use, kept under its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Extra {

@@ -37,6 +37,18 @@ proptest! {
         }
     }
 
+    /// Versions 1 and 2 differ in their positions alone.
+    #[test]
+    fn the_first_spz_has_positions_in_half_precision(count in 1_usize..40, seed in any::<u64>()) {
+        let mut attributes = some_attributes(count, 1, 2, seed);
+        let second = read(&spz_gzip(2, count as u32, 1, &attributes), None).unwrap().splats;
+        // −1.5, 2⁻¹⁴ and 65504: half precision of a usual, the smallest normal and the largest number.
+        attributes[0] = [0xbe00_u16, 0x0400, 0x7bff].map(u16::to_le_bytes).concat().repeat(count);
+        let first = read(&spz_gzip(1, count as u32, 1, &attributes), None).unwrap().splats;
+        prop_assert_eq!(&first.positions, &vec![[-1.5, 1.0 / 16384.0, 65504.0]; count]);
+        prop_assert_eq!(Splats { positions: second.positions.clone(), ..first }, second);
+    }
+
     #[test]
     fn other_axes_and_back_are_the_same_bits(degree in 0_u8..=3, seed in any::<u64>()) {
         let splats = some_splats(5, degree, seed);
@@ -127,7 +139,7 @@ fn faults_say_what_to_do() {
     let missing = read_file(std::path::Path::new("no/such/file.ply")).unwrap_err();
     assert!(missing.fault == Fault::Io && missing.file == "no/such/file.ply", "{missing}");
     assert_eq!(read(b"solid cube", Some("stl")).unwrap_err().fault, Fault::UnknownFormat);
-    assert_eq!(read(&common::spz_header(1, 0, 0, 12, 0, 0), None).unwrap_err().fault, Fault::Unsupported);
+    assert_eq!(read(&common::spz_header(5, 0, 0, 12, 0, 0), None).unwrap_err().fault, Fault::Unsupported);
 }
 
 /// Four Gaussians of an independent writer (splat-transform, MIT), in every container.

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::Serialize;
 
+use super::splat::read;
 use super::splat::statistics::Extent;
-use super::splat::{convention, read};
 use crate::cli::Format;
 use crate::exit::{Code, Error, Problem};
 use crate::render::{Paint, json, print};
@@ -134,7 +134,7 @@ fn capture(name: &str, file: &Path, length_m: Option<f64>) -> Result<String, Err
     };
     let extent = Extent::visible(splats).filter(|e| e.longest() > 0.0).ok_or_else(unusable)?;
     let metres_per_unit = length_m.map_or(1.0, |length_m| length_m / extent.longest());
-    let up = convention(splats.axes).unwrap_or("+z");
+    let up = splats.axes.up().unwrap_or("+z");
     let (axis, sign) = (usize::from(up.as_bytes()[1] - b'x'), if up.starts_with('-') { -1.0 } else { 1.0 });
     // The lowest point along `up`, and how far everything must be lifted for it to touch the floor.
     let lowest = if sign > 0.0 { extent.low[axis] } else { -extent.high[axis] };

@@ -2,9 +2,11 @@
 
 use cosplat_core::asset::Asset;
 use cosplat_core::scene::{Body, Source};
-use cosplat_splat::format;
+use cosplat_splat::SplatError;
+use cosplat_splat::format::{self, ending_of};
 use cosplat_splat::stage::{Recipe, Report, Staged};
 
+use super::up::{axis, stated_or};
 use super::{Made, Maker, files};
 use crate::frames::Look;
 
@@ -17,15 +19,19 @@ impl Maker<'_> {
             "a capture needs `spacing`, the distance of its particles in metres: about a fortieth of its size",
         )?;
         let (bytes, path) = files::read(self.source, file)?;
-        let ending = path.extension().and_then(|e| e.to_str());
-        let decoded = format::read(&bytes, ending).map_err(|e| e.in_file(path.display().to_string()).to_string())?;
+        let ending = ending_of(&path);
+        let named = |e: SplatError| e.in_file(path.display().to_string()).to_string();
+        let known = format::of(&bytes, ending).map_err(named)?;
+        let decoded = format::read(&bytes, ending).map_err(named)?;
+        let (up, assumed) = stated_or(up, decoded.splats.axes.up(), known.name);
         let recipe = Recipe {
             min_opacity: *min_opacity,
             keep_box: *keep_box,
             ..Recipe::new(*metres_per_unit, axis(up), spacing)
         };
         let staged = Staged::new(decoded, &recipe).map_err(|e| format!("`{}`: {e}", path.display()))?;
-        let notes = notes(&staged.report, staged.cloud.position_m.len());
+        let mut notes = notes(&staged.report, staged.cloud.position_m.len());
+        notes.extend(assumed);
         let asset = Some(Asset::Particles(staged.cloud.clone()));
         Ok(Made { asset, look: self.draws.then(|| Look::Capture(Box::new(staged))), notes })
     }
@@ -42,14 +48,4 @@ fn notes(report: &Report, particles: usize) -> Vec<String> {
     ];
     notes.extend(report.notes.iter().cloned());
     notes
-}
-
-/// Direction of an axis as scenes name it.
-pub(super) fn axis(name: &str) -> [f64; 3] {
-    let sign = if name.starts_with('-') { -1.0 } else { 1.0 };
-    match name.as_bytes().last() {
-        Some(b'x') => [sign, 0.0, 0.0],
-        Some(b'y') => [0.0, sign, 0.0],
-        _ => [0.0, 0.0, sign],
-    }
 }

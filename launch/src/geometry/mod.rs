@@ -7,6 +7,7 @@ mod capture;
 mod files;
 mod primitive;
 mod shape;
+mod up;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -3,10 +3,11 @@
 use cosplat_core::asset::{Asset, TriangleMesh};
 use cosplat_core::boundary::Vec3;
 use cosplat_core::scene::{Body, Source};
-use cosplat_mesh::{Prepared, Recipe, fill, surface_samples};
+use cosplat_mesh::format::{self, Beside};
+use cosplat_mesh::{MeshError, Prepared, Recipe, Report, fill, surface_samples};
 use cosplat_splat::surfel::grained;
 
-use super::capture::axis;
+use super::up::{axis, stated_or};
 use super::{Made, Maker, files, primitive};
 use crate::frames::Look;
 
@@ -29,7 +30,7 @@ impl Maker<'_> {
     pub(super) fn rigid_mesh(&self, source: &Source, spacing: Option<f64>, colour: [f64; 3]) -> Result<Made, String> {
         let prepared = self.mesh(source)?;
         let look = if self.draws { Some(surface(&prepared.mesh, spacing, colour, GRAIN, SAMPLES)?) } else { None };
-        Ok(Made { asset: Some(Asset::Mesh(prepared.mesh)), look, notes: vec![prepared.report.to_string()] })
+        Ok(Made { asset: Some(Asset::Mesh(prepared.mesh)), look, notes: notes(&prepared.report) })
     }
 
     /// A mesh whose vertices are what moves: cloth.
@@ -37,7 +38,7 @@ impl Maker<'_> {
         let prepared = self.mesh(&body.source)?;
         let vertices = prepared.mesh.vertices_m.len().max(1) as f64;
         let look = self.draws.then(|| Look::Dots((prepared.report.area_m2 / vertices).sqrt(), colour));
-        Ok(Made { asset: Some(Asset::Mesh(prepared.mesh)), look, notes: vec![prepared.report.to_string()] })
+        Ok(Made { asset: Some(Asset::Mesh(prepared.mesh)), look, notes: notes(&prepared.report) })
     }
 
     /// A mesh full of particles.
@@ -46,7 +47,8 @@ impl Maker<'_> {
         let size = [0, 1, 2].map(|k| prepared.report.box_m[1][k] - prepared.report.box_m[0][k]);
         let spacing = body.spacing_m.unwrap_or(size.into_iter().fold(0.0, f64::max) / 40.0);
         let cloud = fill(&prepared.mesh, spacing).map_err(|e| e.to_string())?;
-        let notes = vec![prepared.report.to_string(), format!("{} particles", cloud.position_m.len())];
+        let mut notes = notes(&prepared.report);
+        notes.push(format!("{} particles", cloud.position_m.len()));
         let look = self.draws.then_some(Look::Dots(spacing, colour));
         Ok(Made { asset: Some(Asset::Particles(cloud)), look, notes })
     }
@@ -61,9 +63,22 @@ impl Maker<'_> {
             return Err("its source is no mesh".to_owned());
         };
         let (bytes, path) = files::read(self.source, file)?;
+        let named = |e: MeshError| e.in_file(path.display().to_string()).to_string();
+        let ending = path.extension().and_then(|e| e.to_str());
+        let known = format::of(&bytes, ending).map_err(named)?;
+        let (up, assumed) = stated_or(up, known.up, known.name);
         let recipe = Recipe { metres_per_unit: *metres_per_unit, up: axis(up) };
-        Prepared::from_obj(&bytes, &recipe).map_err(|e| e.in_file(path.display().to_string()).to_string())
+        // Assets inside this program have nothing beside them.
+        let beside = self.source.file.as_ref().map_or(Beside::Nothing, |_| Beside::of(&path));
+        let mut prepared = Prepared::from_bytes(&bytes, ending, beside, &recipe).map_err(named)?;
+        prepared.report.notes.extend(assumed);
+        Ok(prepared)
     }
+}
+
+/// What people should know about a mesh.
+fn notes(report: &Report) -> Vec<String> {
+    std::iter::once(report.to_string()).chain(report.notes.iter().cloned()).collect()
 }
 
 /// Edges of the box around points \[m\].

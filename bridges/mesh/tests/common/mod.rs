@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "every test file is a program of its own and uses a part")]
 
+pub(crate) mod files;
+
 use cosplat_core::asset::TriangleMesh;
 
 /// A box with its corner at `at`, each face with vertices of its own, as modelling programs write it.

@@ -2,6 +2,7 @@
 
 #![allow(dead_code, reason = "every test file is a program of its own and uses a part")]
 
+pub(crate) mod damage;
 pub(crate) mod packed;
 
 use std::io::Write;
@@ -60,8 +61,9 @@ pub(crate) type Attributes = [Vec<u8>; 6];
 /// Random attributes of that many Gaussians.
 pub(crate) fn some_attributes(count: usize, degree: u8, version: u32, seed: u64) -> Attributes {
     let mut r = Random::new(seed);
-    let rotation = if version >= 3 { 4 } else { 3 };
-    [9, 1, 3, 3, rotation, 3 * coefficients(degree)].map(|n| (0..n * count).map(|_| (r.unit() * 256.0) as u8).collect())
+    let (position, rotation) = (if version >= 2 { 9 } else { 6 }, if version >= 3 { 4 } else { 3 });
+    [position, 1, 3, 3, rotation, 3 * coefficients(degree)]
+        .map(|n| (0..n * count).map(|_| (r.unit() * 256.0) as u8).collect())
 }
 
 /// The 16 bytes every version begins with.
@@ -73,7 +75,7 @@ pub(crate) fn spz_header(version: u32, count: u32, degree: u8, bits: u8, flags: 
     out
 }
 
-/// Version 2 or 3.
+/// Version 1, 2 or 3.
 pub(crate) fn spz_gzip(version: u32, count: u32, degree: u8, attributes: &Attributes) -> Vec<u8> {
     let mut out = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     out.write_all(&spz_header(version, count, degree, 12, 0, 0)).expect("memory takes it");
@@ -112,8 +114,20 @@ fn zstd_raw(bytes: &[u8]) -> Vec<u8> {
     out
 }
 
+/// A member of an archive: name, method of compression, unpacked length, bytes.
+pub(crate) type Member = (String, u16, u32, Vec<u8>);
+
 /// A `.sog` of that many Gaussians, of degree 1, with one row of pixels.
 pub(crate) fn sog(count: u32, seed: u64) -> Vec<u8> {
+    sog_with(count, seed, |_, _| {})
+}
+
+/// The same, with `meta.json` or its pictures changed.
+pub(crate) fn sog_with(
+    count: u32,
+    seed: u64,
+    change: impl FnOnce(&mut serde_json::Value, &mut Vec<Member>),
+) -> Vec<u8> {
     let mut r = Random::new(seed);
     let mut picture = |width: u32, fourth: u8| {
         let pixels: Vec<u8> = (0..width)
@@ -125,7 +139,7 @@ pub(crate) fn sog(count: u32, seed: u64) -> Vec<u8> {
         out
     };
     let book: Vec<f64> = (0..256).map(|i| f64::from(i) / 128.0 - 1.0).collect();
-    let meta = serde_json::json!({
+    let mut meta = serde_json::json!({
         "version": 2, "count": count,
         "means": {"mins": [-1, -1, -1], "maxs": [1, 1, 1], "files": ["ml", "mu"]},
         "scales": {"codebook": book, "files": ["s"]},
@@ -141,7 +155,6 @@ pub(crate) fn sog(count: u32, seed: u64) -> Vec<u8> {
         out
     };
     let members = [
-        ("meta.json", meta.to_string().into_bytes()),
         ("ml", picture(count, 255)),
         ("mu", picture(count, 255)),
         ("s", picture(count, 255)),
@@ -150,19 +163,24 @@ pub(crate) fn sog(count: u32, seed: u64) -> Vec<u8> {
         ("k", picture(64 * 3, 255)),
         ("l", labels),
     ];
+    let stored = |(name, bytes): (&str, Vec<u8>)| (name.to_owned(), 0, bytes.len() as u32, bytes);
+    let mut members: Vec<Member> = members.into_iter().map(stored).collect();
+    change(&mut meta, &mut members);
+    members.insert(0, stored(("meta.json", meta.to_string().into_bytes())));
     zip(&members)
 }
 
-/// An archive of stored members, check sums left out.
-fn zip(members: &[(&str, Vec<u8>)]) -> Vec<u8> {
+/// An archive, check sums left out.
+pub(crate) fn zip(members: &[Member]) -> Vec<u8> {
     let (mut out, mut directory) = (Vec::new(), Vec::new());
-    for (name, bytes) in members {
+    for (name, method, unpacked, bytes) in members {
         let offset = out.len() as u32;
-        let size = (bytes.len() as u32).to_le_bytes();
         let common = [
-            &[20, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0][..],
-            &size,
-            &size,
+            &[20, 0, 0, 0][..],
+            &method.to_le_bytes(),
+            &[0; 8],
+            &(bytes.len() as u32).to_le_bytes(),
+            &unpacked.to_le_bytes(),
             &(name.len() as u16).to_le_bytes(),
             &[0; 2],
         ];

@@ -42,7 +42,7 @@ pub enum Source {
         file: String,
         /// Length of one file unit \[m\].
         metres_per_unit: f64,
-        /// The file's up axis, as one of `+x -x +y -y +z -z`.
+        /// The file's up axis, as one of `+x -x +y -y +z -z`, or [`Source::UP_OF_FORMAT`].
         up: String,
         /// Gaussians below this opacity are dropped.
         min_opacity: f64,
@@ -55,7 +55,7 @@ pub enum Source {
         file: String,
         /// Length of one file unit \[m\].
         metres_per_unit: f64,
-        /// The file's up axis.
+        /// The file's up axis, as for splats.
         up: String,
     },
     /// Axis-aligned box of full edge lengths \[m\], centred.
@@ -92,6 +92,12 @@ pub enum Source {
         /// Full edge lengths of the box they fill \[m\].
         size_m: Vec3,
     },
+}
+
+impl Source {
+    /// What stands for the up axis where a scene states none: that of the format's convention. Whoever reads the file
+    /// says which one it took.
+    pub const UP_OF_FORMAT: &'static str = "format";
 }
 
 /// Position and orientation.

@@ -11,7 +11,15 @@ const POSITION: Limits = Limits::any("m");
 
 const KEYS: [&str; 8] = ["splat", "mesh", "box", "sphere", "cylinder", "plane", "points", "cloud"];
 
-const UPS: [(&str, &str); 6] = [("+x", "+x"), ("-x", "-x"), ("+y", "+y"), ("-y", "-y"), ("+z", "+z"), ("-z", "-z")];
+const UPS: [(&str, &str); 7] = [
+    ("+x", "+x"),
+    ("-x", "-x"),
+    ("+y", "+y"),
+    ("-y", "-y"),
+    ("+z", "+z"),
+    ("-z", "-z"),
+    (Source::UP_OF_FORMAT, Source::UP_OF_FORMAT),
+];
 
 /// Reads the one source of a body or static collider.
 pub(super) fn source(fields: &Fields<'_>) -> Option<Source> {
@@ -41,7 +49,7 @@ fn metres_per_unit(fields: &Fields<'_>) -> f64 {
 }
 
 fn up(fields: &Fields<'_>) -> String {
-    fields.opt("up", |at| at.word(&UPS)).flatten().unwrap_or("+z").to_owned()
+    fields.opt("up", |at| at.word(&UPS)).flatten().unwrap_or(Source::UP_OF_FORMAT).to_owned()
 }
 
 fn file(fields: &Fields<'_>) -> String {
@@ -50,7 +58,7 @@ fn file(fields: &Fields<'_>) -> String {
 
 fn splat(at: &At<'_>) -> Option<Source> {
     if let Value::Text(_) = at.node.value {
-        let (file, up) = (at.text(), "+z".to_owned());
+        let (file, up) = (at.text(), Source::UP_OF_FORMAT.to_owned());
         return Some(Source::Splat { file, metres_per_unit: 1.0, up, min_opacity: 0.0, keep_box: None });
     }
     at.table(|fields| Source::Splat {
@@ -73,7 +81,7 @@ fn keep_box(at: &At<'_>) -> [[f64; 3]; 2] {
 
 fn mesh(at: &At<'_>) -> Option<Source> {
     if let Value::Text(_) = at.node.value {
-        return Some(Source::Mesh { file: at.text(), metres_per_unit: 1.0, up: "+z".to_owned() });
+        return Some(Source::Mesh { file: at.text(), metres_per_unit: 1.0, up: Source::UP_OF_FORMAT.to_owned() });
     }
     at.table(|fields| Source::Mesh { file: file(fields), metres_per_unit: metres_per_unit(fields), up: up(fields) })
 }

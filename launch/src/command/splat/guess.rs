@@ -2,7 +2,7 @@
 //!
 //! None of this changes how a file is read; it is said, and the user decides.
 
-use cosplat_splat::{Axes, Splats};
+use cosplat_splat::Splats;
 use serde::Serialize;
 
 use super::statistics::{Extent, Statistics};
@@ -15,6 +15,8 @@ const GROUND: f64 = 0.2;
 const CONTRAST: f64 = 1.5;
 /// Fewer Gaussians show no ground.
 const LEAST: usize = 100;
+/// Nearly all logits and coefficients of a trained scene lie within this: 1 / (1 + e⁻¹⁶) is 1 to seven digits.
+const BEYOND: f32 = 16.0;
 /// Opacity from which a Gaussian counts as surface.
 const SURFACE: f64 = 0.3;
 
@@ -37,7 +39,7 @@ impl Up {
     pub(crate) fn of(splats: &Splats, notes: &[String]) -> Self {
         let says = |note: &&String| note.to_lowercase().contains("vertical axis");
         Self {
-            convention: convention(splats.axes),
+            convention: splats.axes.up(),
             from_ground: away_from_ground(splats),
             comment: notes.iter().find(says).cloned(),
         }
@@ -60,15 +62,6 @@ impl Up {
             Some(comment) => format!("{line}; a {comment}, which writers mean with either sign"),
             None => line,
         }
-    }
-}
-
-/// The up axis that files of these axes have, as scenes name it.
-pub(crate) fn convention(axes: Axes) -> Option<&'static str> {
-    match axes {
-        Axes::Rdf => Some("-y"),
-        Axes::Rub => Some("+y"),
-        Axes::Scene => None,
     }
 }
 
@@ -139,6 +132,24 @@ pub(crate) fn suspicions(splats: &Splats, statistics: &Statistics, format: &str)
                 .to_owned(),
         );
     }
+    let beyond = |numbers: &mut dyn Iterator<Item = f32>| numbers.filter(|v| v.is_finite() && v.abs() > BEYOND).count();
+    let opacities = beyond(&mut splats.opacity_logits.iter().copied());
+    if opacities > splats.len() / 100 {
+        found.push(format!(
+            "{opacities} stored opacities lie beyond -{BEYOND} to {BEYOND}, where a logit is 0 or 1 to seven digits: they may \
+             be of 0 to 255 or of another scale"
+        ));
+    }
+    let colours = beyond(&mut splats.sh_dc.iter().flatten().copied());
+    if colours > 3 * splats.len() / 100 {
+        found.push(format!(
+            "{colours} base colours lie beyond -{BEYOND} to {BEYOND}, where 0 to 1 are -1.8 to 1.8: they may be of 0 to 255"
+        ));
+    }
+    let unturned = splats.rotations.iter().filter(|q| q[1..].iter().all(|v| *v == 0.0)).count();
+    if unturned == splats.len() && statistics.flatness.median > 1.0 {
+        found.push("no Gaussian is turned although they are not round: the rotations may be missing".to_owned());
+    }
     let longest = statistics.visible_extent.map_or(0.0, |e| e.longest());
     if longest > 0.0 && statistics.sigma.median > 0.25 * longest {
         found.push(format!(
@@ -199,6 +210,16 @@ mod tests {
         let found = suspicions(&bad, &Statistics::of(&bad), "ply");
         assert_eq!(found.len(), 4, "{found:?}");
         assert_eq!(suspicions(&bad, &Statistics::of(&bad), "spz"), Vec::<String>::new());
+        for i in 0..bad.len() {
+            bad.log_scales[i] = [-4.0, -4.0, -5.0];
+            bad.opacity_logits[i] = (i % 256) as f32;
+            bad.sh_dc[i] = [128.0, 255.0, 0.0];
+        }
+        let found = suspicions(&bad, &Statistics::of(&bad), "ply").join("\n");
+        assert_eq!(found.lines().count(), 3, "{found}");
+        for part in ["stored opacities lie beyond -16 to 16", "1000 base colours", "the rotations may be missing"] {
+            assert!(found.contains(part), "{found}");
+        }
     }
 
     #[test]

@@ -15,8 +15,6 @@ use clap::{Args, Subcommand};
 use cosplat_splat::SplatError;
 use cosplat_splat::format::{self, Decoded, ending_of};
 
-pub(crate) use guess::convention;
-
 use crate::cli::Format;
 use crate::exit::{Code, Error, Problem};
 

@@ -1,5 +1,7 @@
 //! One Gaussian's bytes.
 
+use crate::format::half::half_to_f32;
+
 /// Largest magnitude of the three smaller components of a unit quaternion, √½.
 const LARGEST_SMALL: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
@@ -12,7 +14,12 @@ pub(super) fn position(bytes: &[u8; 9], step: f64) -> [f32; 3] {
     })
 }
 
-/// Version 2: x, y, z as b / 127.5 − 1; w ≥ 0 completes the unit quaternion. Returns w, x, y, z.
+/// Version 1: three numbers of half precision.
+pub(super) fn half_position(bytes: [u8; 6]) -> [f32; 3] {
+    [0, 2, 4].map(|at| half_to_f32(u16::from_le_bytes([bytes[at], bytes[at + 1]])))
+}
+
+/// Versions 1 and 2: x, y, z as b / 127.5 − 1; w ≥ 0 completes the unit quaternion. Returns w, x, y, z.
 pub(super) fn first_three(bytes: [u8; 3]) -> [f32; 4] {
     let [x, y, z] = bytes.map(|b| f64::from(b) / 127.5 - 1.0);
     let w = (1.0 - x * x - y * y - z * z).max(0.0).sqrt();

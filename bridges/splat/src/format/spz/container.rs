@@ -32,7 +32,8 @@ impl Header {
     fn lengths(&self) -> [u64; 6] {
         let n = u64::from(self.count);
         let rotation = if self.version >= 3 { 4 } else { 3 };
-        [9 * n, n, 3 * n, 3 * n, rotation * n, 3 * coefficients(self.degree) as u64 * n]
+        let position = if self.version >= 2 { 9 } else { 6 };
+        [position * n, n, 3 * n, 3 * n, rotation * n, 3 * coefficients(self.degree) as u64 * n]
     }
 }
 
@@ -78,8 +79,8 @@ fn header(bytes: &[u8]) -> Result<Header, SplatError> {
     if magic != MAGIC {
         return Err(header_fault("the unpacked data does not begin with `NGSP`"));
     }
-    if !(2..=4).contains(&version) {
-        let what = format!("version {version} is not 2, 3 or 4");
+    if !(1..=4).contains(&version) {
+        let what = format!("version {version} is not 1, 2, 3 or 4");
         return Err(SplatError::new(Fault::Unsupported, "header", what, "write the file again as version 3 or 4"));
     }
     if degree > 4 {

@@ -1,5 +1,5 @@
-//! `.spz` versions 2 to 4: whole attributes as byte arrays, packed as gzip (2, 3) or as zstd streams (4). Version 3 is
-//! written.
+//! `.spz` versions 1 to 4: whole attributes as byte arrays, packed as gzip (1 to 3) or as zstd streams (4). Version 3 is
+//! written. Version 1 has positions in half precision.
 //!
 //! Axes are right, up, back ([`crate::Axes::Rub`]). Layout as published with the format's own code (MIT).
 
@@ -49,7 +49,11 @@ pub fn read(bytes: &[u8], limits: Limits) -> Result<Decoded, SplatError> {
     let [positions, alphas, colours, scales, rotations, sh] = packed.attributes()?;
     let step = 1.0 / f64::from(header.fractional_bits).exp2();
     let mut splats = Splats {
-        positions: positions.as_chunks::<9>().0.iter().map(|b| attributes::position(b, step)).collect(),
+        positions: if header.version >= 2 {
+            positions.as_chunks::<9>().0.iter().map(|b| attributes::position(b, step)).collect()
+        } else {
+            positions.as_chunks::<6>().0.iter().map(|b| attributes::half_position(*b)).collect()
+        },
         opacity_logits: alphas.iter().map(|&b| logit_of_opacity(unit(b))).collect(),
         sh_dc: colours.as_chunks::<3>().0.iter().map(|c| c.map(|b| ((unit(b) - 0.5) / 0.15) as f32)).collect(),
         log_scales: scales.as_chunks::<3>().0.iter().map(|s| s.map(|b| f32::from(b) / 16.0 - 10.0)).collect(),

@@ -235,6 +235,29 @@ fn rules_of_single_keys() {
 }
 
 #[test]
+fn without_an_up_axis_the_format_decides() {
+    let long = EVERYTHING.lines().find(|line| line.starts_with("splat = ")).unwrap();
+    for (source, expected) in [
+        ("splat = \"toy.ply\"", "format"),
+        ("splat = { file = \"toy.ply\" }", "format"),
+        ("splat = { file = \"toy.ply\", up = \"format\" }", "format"),
+        ("splat = { file = \"toy.ply\", up = \"+z\" }", "+z"),
+        ("mesh = \"toy.glb\"", "format"),
+        ("mesh = { file = \"toy.glb\" }", "format"),
+        ("mesh = { file = \"toy.glb\", up = \"-x\" }", "-x"),
+    ] {
+        let (scene, _) = parse(&EVERYTHING.replace(long, source)).unwrap();
+        let found = scene.bodies.iter().find_map(|body| match &body.source {
+            Source::Splat { file, up, .. } | Source::Mesh { file, up, .. } if file.starts_with("toy") => {
+                Some(up.as_str())
+            }
+            _ => None,
+        });
+        assert_eq!(found, Some(expected), "{source}");
+    }
+}
+
+#[test]
 fn empty_text_says_what_is_missing() {
     let shown = mistakes("");
     for message in ["key `name` is missing", "section `[clock]` is missing", "at least one `[[body]]`"] {

@@ -6,19 +6,17 @@
 use cosplat_core::asset::TriangleMesh;
 use cosplat_core::boundary::Vec3;
 
+use super::polygons::{Cutter, Wrong};
+use super::{Beside, Decoded, Format, short};
 use crate::error::{Fault, MeshError};
-use crate::triangulate::triangulate;
 
-/// Corners of a face at most: cutting a polygon into triangles takes the square of their number.
-const CORNERS: usize = 4096;
+/// The registry entry; the format has no header.
+pub(super) const FORMAT: Format = Format { name: "obj", endings: &["obj"], up: None, recognise: |_| false, read };
+
 const NO_VERTEX: &str = "number vertices from 1, or from -1 backwards, and write them before the face";
 
-/// Reads the surface, in units and axes of the file; polygons become triangles, turned the same way.
-///
-/// # Errors
-/// The text is no OBJ file, or a line of it is damaged.
-pub fn read(bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
-    let mut mesh = TriangleMesh::default();
+fn read(bytes: &[u8], _: Beside<'_>) -> Result<Decoded, MeshError> {
+    let (mut mesh, mut cutter) = (TriangleMesh::default(), Cutter::new());
     let mut joined = String::new();
     for (number, line) in bytes.split(|b| *b == b'\n').enumerate() {
         let text = String::from_utf8_lossy(line);
@@ -30,36 +28,24 @@ pub fn read(bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
         }
         joined.push_str(text);
         let code = joined.split('#').next().unwrap_or_default();
-        one_line(&mut mesh, code)
+        one_line(&mut mesh, &mut cutter, code)
             .map_err(|(fault, what, advice)| MeshError::new(fault, format!("line {}", number + 1), what, advice))?;
         joined.clear();
     }
-    if mesh.triangles.is_empty() {
-        let what = format!("{} vertices and no faces were found", mesh.vertices_m.len());
-        return Err(MeshError::new(
-            Fault::Empty,
-            "whole file",
-            what,
-            "give a Wavefront OBJ file with `v` and `f` lines",
-        ));
+    if !joined.trim().is_empty() {
+        let advice = "copy or download the file again";
+        return Err(MeshError::new(Fault::Truncated, "last line", "it goes on behind the end of the file", advice));
     }
-    Ok(mesh)
+    Ok(Decoded { mesh, notes: Vec::new() })
 }
 
-type Wrong = (Fault, String, &'static str);
-
-fn one_line(mesh: &mut TriangleMesh, code: &str) -> Result<(), Wrong> {
+fn one_line(mesh: &mut TriangleMesh, cutter: &mut Cutter, code: &str) -> Result<(), Wrong> {
     let mut words = code.split_whitespace();
     match words.next() {
         Some("v") => mesh.vertices_m.push(vertex(words)?),
         Some("f") => {
             let corners = words.map(|w| corner(w, mesh.vertices_m.len())).collect::<Result<Vec<u32>, Wrong>>()?;
-            if !(3..=CORNERS).contains(&corners.len()) {
-                let what = format!("a face has {} corners", corners.len());
-                return Err((Fault::Syntax, what, "give each face 3 to 4096 corners"));
-            }
-            let points: Vec<Vec3> = corners.iter().map(|&i| mesh.vertices_m[i as usize]).collect();
-            mesh.triangles.extend(triangulate(&points).into_iter().map(|t| t.map(|k| corners[k])));
+            cutter.add(mesh, &corners)?;
         }
         _ => {}
     }
@@ -91,9 +77,4 @@ fn corner(word: &str, count: usize) -> Result<u32, Wrong> {
         .filter(|i| *i < count)
         .and_then(|i| u32::try_from(i).ok())
         .ok_or_else(|| (Fault::Index, format!("vertex {index} of {count} so far is named"), NO_VERTEX))
-}
-
-/// The beginning of a word, for a message.
-fn short(word: &str) -> String {
-    word.chars().take(24).collect()
 }
