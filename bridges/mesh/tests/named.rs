@@ -240,7 +240,7 @@ fn obj_by_name() {
                 "5000 corners",
             ),
             ("entangled faces", "obj", comb(4093, 40), Fault::TooLarge, "too entangled"),
-            ("a last line that goes on", "obj", text("v 0 0 0\nf 1 1 1 \\\n"), Fault::Truncated, "last line"),
+            ("a last line that goes on", "obj", text("v 0 0 0\nf 1 1 1 \\"), Fault::Truncated, "last line"),
             (
                 "a line that goes on",
                 "obj",

@@ -8,9 +8,9 @@ use crate::triangulate::triangulate;
 
 /// Corners of a face at most.
 const CORNERS: usize = 4096;
-/// Tests of a point against an ear that one file may cost, about half a second of work. A concave face of n corners
+/// Tests of a point against an ear that one file may cost, about a tenth of a second of work. A concave face of n corners
 /// takes some n² of them, a hostile one n³; faces of three and four corners and convex ones take none.
-const TESTS: u64 = 200_000_000;
+const TESTS: u64 = 60_000_000;
 
 /// What is wrong with a face: kind, words, and what to do.
 pub(super) type Wrong = (Fault, String, &'static str);
