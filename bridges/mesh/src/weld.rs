@@ -66,3 +66,28 @@ fn first_nearby(points: &[Vector3<f64>], tolerance: f64) -> Vec<u32> {
     }
     same
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    /// Compared with what it means, point by point: in crowds, across borders of cells, and on both sides of zero.
+    #[test]
+    fn the_first_of_several_points_in_one_place_is_found() {
+        let mut random = Random::new(7);
+        let points: Vec<Vector3<f64>> = (0..1500)
+            .map(|_| Vector3::from_fn(|_, _| 0.5 * (random.unit() * 8.0).floor() - 2.0 + 0.1 * random.unit()))
+            .collect();
+        for tolerance in [0.01, 0.09, 0.3, 0.6] {
+            let found = first_nearby(&points, tolerance);
+            let mut expected: Vec<usize> = Vec::new();
+            for (i, p) in points.iter().enumerate() {
+                let is_first = |&j: &usize| expected[j] == j && (points[j] - p).norm() <= tolerance;
+                let first = (0..i).find(is_first);
+                expected.push(first.unwrap_or(i));
+            }
+            assert!(found.iter().map(|i| *i as usize).eq(expected), "{tolerance}");
+        }
+    }
+}
