@@ -15,7 +15,7 @@ use crate::render::{Paint, problem_of};
 pub(crate) const DEFAULT: &str = "plant-and-rock";
 
 /// Scenes inside this program, by name.
-const BUILT_IN: [(&str, &str); 6] = [
+const BUILT_IN: [(&str, &str); 9] = [
     ("ball-on-block", include_str!("../scenes/ball-on-block.toml")),
     ("ball-on-cloth", include_str!("../scenes/ball-on-cloth.toml")),
     ("cloth-over-plant", include_str!("../scenes/cloth-over-plant.toml")),

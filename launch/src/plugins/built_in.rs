@@ -6,13 +6,14 @@ use cosplat_core::plugin::Plugin;
 type Make = fn() -> Box<dyn Plugin>;
 
 /// Plugins by name.
-const PLUGINS: [(&str, Make); 7] = [
+const PLUGINS: [(&str, Make); 8] = [
     ("mpm", || Box::new(cosplat_mpm::Mpm::<f32>::default())),
     ("mpm-f64", || Box::new(cosplat_mpm::Mpm::<f64>::default())),
     ("oscillator", || Box::new(cosplat_oscillator::Oscillator::default())),
     ("pbd", || Box::new(cosplat_pbd::Pbd::default())),
     ("rigid", || Box::new(cosplat_rigid::Rigid::default())),
     ("rigid-lite", || Box::new(cosplat_rigid_lite::RigidLite::default())),
+    ("shape-matching", || Box::new(cosplat_shape_matching::ShapeMatching::default())),
     ("sph", || Box::new(cosplat_sph::Sph::default())),
 ];
 

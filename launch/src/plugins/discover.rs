@@ -180,7 +180,10 @@ mod tests {
         assert_eq!(places.find("mud").unwrap().place(), place.path().join("cosplat-solver-mud").display().to_string());
         assert!(places.find("text").is_err());
         let names: Vec<String> = places.all().unwrap().into_iter().map(|(c, _)| c.name).collect();
-        assert_eq!(names, ["mpm", "mpm-f64", "oscillator", "pbd", "rigid", "rigid-lite", "sph", "mud"]);
+        assert_eq!(
+            names,
+            ["mpm", "mpm-f64", "oscillator", "pbd", "rigid", "rigid-lite", "shape-matching", "sph", "mud"]
+        );
     }
 
     #[test]

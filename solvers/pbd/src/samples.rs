@@ -3,10 +3,10 @@
 //! A sample is a small plane: the surface of its particle, half a particle outwards along its normal. It moves as the
 //! partner said, and by the impulses it has taken in this window at its own mass, so that a light body gives way.
 
-use std::collections::BTreeMap;
-
 use cosplat_core::boundary::{SampleStatics, Samples, Vec3, add, dot, scale, sub};
 use cosplat_core::plugin::PartnerInput;
+
+use crate::cells::Cells;
 
 /// Width of a sample that has neither an area nor a volume \[m\].
 const NO_WIDTH: f64 = 1e-3;
@@ -83,29 +83,24 @@ impl<'a> Swarm<'a> {
     ) -> Self {
         let count = samples.position.len();
         let reach = reach + 2.0 * marks.widest;
-        let cell = |x: Vec3| x.map(|c| (c / reach).floor() as i64);
-        let mut cells: BTreeMap<[i64; 3], Vec<u32>> = BTreeMap::new();
-        for (i, &x) in samples.position.iter().enumerate() {
-            cells.entry(cell(x)).or_default().push(i as u32);
-        }
         let fold = |f: fn(f64, f64) -> f64, start: f64| {
             [0, 1, 2].map(|k| samples.position.iter().map(|x| x[k]).fold(start, f))
         };
         let (low, high) = (fold(f64::min, f64::INFINITY), fold(f64::max, f64::NEG_INFINITY));
+        let inside = |x: &Vec3| (0..3).all(|k| x[k] > low[k] - reach && x[k] < high[k] + reach);
+        // Sorted only once somebody is there.
+        let mut cells = None;
         let (mut begin, mut near) = (vec![0], Vec::new());
         for x in vertices {
-            let inside = |x: &Vec3| (0..3).all(|k| x[k] > low[k] - reach && x[k] < high[k] + reach);
             if let Some(x) = x.filter(inside) {
-                let [cx, cy, cz] = cell(x);
-                for (dx, dy) in (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (dx, dy))) {
-                    for (_, list) in cells.range([cx + dx, cy + dy, cz - 1]..=[cx + dx, cy + dy, cz + 1]) {
-                        let close = |&&i: &&u32| {
-                            let d = sub(samples.position[i as usize], x);
-                            dot(d, d) < reach * reach
-                        };
-                        near.extend(list.iter().filter(close));
-                    }
-                }
+                let cells = cells.get_or_insert_with(|| Cells::new(&samples.position, reach));
+                cells.near(x, [reach; 3], |range| {
+                    let close = |&&i: &&u32| {
+                        let d = sub(samples.position[i as usize], x);
+                        dot(d, d) < reach * reach
+                    };
+                    near.extend(cells.items()[range].iter().filter(close));
+                });
             }
             begin.push(near.len() as u32);
         }
