@@ -45,6 +45,8 @@ Examples:
   cosplat run scene.toml --out out/a --quiet    nothing on the terminal but errors
   cosplat run oscillator --set clock.window=0.005 --set clock.duration=2
   cosplat run two-tops --solver top=rigid        another plugin for a body
+  cosplat run my-scene.toml --checkpoint-every 0.5
+  cosplat run --resume out/oscillator           goes on where that was stopped or killed
   cosplat run oscillator --format json | jq .state_hash";
 
 const CHECK_EXAMPLES: &str = "\
@@ -134,6 +136,12 @@ pub(crate) struct RunArgs {
     /// Run folder [default: out/NAME-OF-SCENE]
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    /// Keep a checkpoint every so many seconds of simulated time, and one when the run is stopped
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    pub(crate) checkpoint_every: Option<f64>,
+    /// Go on with a run that was stopped or killed, from the newest checkpoint in its folder
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["scene", "set", "solver", "out"])]
+    pub(crate) resume: Option<PathBuf>,
     /// Form of the summary on standard output
     #[arg(long, value_enum, default_value_t)]
     pub(crate) format: Format,
@@ -190,6 +198,14 @@ fn parse_override(text: &str) -> Result<String, String> {
     parse_pair(text).map(|(key, value)| format!("{key}={value}"))
 }
 
+/// A time that is longer than nothing.
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
+        _ => Err("expected a positive number of seconds, as in `0.5`".into()),
+    }
+}
+
 /// Splits `key=value` at the first `=`.
 fn parse_pair(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
@@ -213,6 +229,15 @@ mod tests {
     #[test]
     fn without_arguments_the_default_scene_is_meant() {
         assert!(Cli::try_parse_from(["cosplat"]).is_ok_and(|c| c.command.is_none()));
+    }
+
+    #[test]
+    fn a_resumed_run_is_the_one_that_was_begun() {
+        assert!(Cli::try_parse_from(["cosplat", "run", "--resume", "out/x", "--threads", "1"]).is_ok());
+        for more in [["oscillator", "-q"], ["--set", "a=b"], ["--out", "out/y"], ["--checkpoint-every", "-1"]] {
+            let words = ["cosplat", "run", "--resume", "out/x"].into_iter().chain(more);
+            assert!(Cli::try_parse_from(words).is_err(), "{more:?}");
+        }
     }
 
     #[test]

@@ -70,12 +70,11 @@ impl Prepared {
     }
 }
 
-/// Reads, changes and plans a scene.
+/// Changes and plans a scene.
 ///
 /// # Errors
 /// Everything that is wrong with it, as far as it can be told at once.
-pub(crate) async fn prepare(wanted: &str, changes: &SceneArgs, paint: Paint) -> Result<Prepared, Error> {
-    let source = scene_source::load(wanted)?;
+pub(crate) async fn prepare(source: Source, changes: &SceneArgs, paint: Paint) -> Result<Prepared, Error> {
     let (mut scene, warnings) = scene_source::parse(&source, &changes.set, paint)?;
     for (key, plugin) in &changes.solver {
         swap_plugin(&mut scene, key, plugin)?;

@@ -51,7 +51,7 @@ impl ClosureGate {
 }
 
 /// Closure of a process over a run, linear and angular, whichever is larger.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Closure {
     /// In the window that comes nearest to its limit or goes furthest beyond.
     pub(crate) worst: f64,

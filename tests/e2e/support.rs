@@ -41,6 +41,14 @@ impl Run {
         self.summary["state_hash"].as_str().expect("a run that settled windows has a hash").to_owned()
     }
 
+    /// Goes on with the run, in the same folder.
+    pub(crate) fn resume(self, args: &[&str]) -> Program {
+        let command = Command::new(env!("CARGO_BIN_EXE_cosplat"));
+        let mut program = Program { scratch: self._scratch, token: token(), command, folder: self.folder };
+        program.command.args(["run", "--resume"]).arg(&program.folder).args(args);
+        program.piped()
+    }
+
     /// A column of the ledger, as text.
     pub(crate) fn ledger(&self, column: &str) -> Vec<String> {
         let text = std::fs::read_to_string(self.folder.join("ledger.csv")).expect("the run wrote it");
@@ -85,12 +93,15 @@ impl Program {
 
     fn of(scratch: tempfile::TempDir, scene: &OsStr, args: &[&str]) -> Self {
         let folder = scratch.path().join("out");
-        let token = format!("e2e-{}-{:?}", std::process::id(), Instant::now());
         let mut command = Command::new(env!("CARGO_BIN_EXE_cosplat"));
         command.arg("run").arg(scene).arg("--out").arg(&folder).args(args);
-        command.env("COSPLAT_E2E_TOKEN", &token).stdin(Stdio::null());
-        command.stdout(Stdio::piped()).stderr(Stdio::piped());
-        Self { scratch, token, command, folder }
+        Self { scratch, token: token(), command, folder }.piped()
+    }
+
+    fn piped(mut self) -> Self {
+        self.command.env("COSPLAT_E2E_TOKEN", &self.token).stdin(Stdio::null());
+        self.command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        self
     }
 
     /// Starts it.
@@ -103,6 +114,11 @@ impl Program {
     pub(crate) fn finish(self) -> Run {
         self.start().finish()
     }
+}
+
+/// What the processes of one run are known by.
+fn token() -> String {
+    format!("e2e-{}-{:?}", std::process::id(), Instant::now())
 }
 
 /// A program that runs.

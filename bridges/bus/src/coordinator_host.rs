@@ -4,7 +4,8 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use cosplat_core::control::{Done, FIRST_EPOCH, PROTOCOL, ReadyInfo, RunId};
+use cosplat_core::checkpoint::Checkpoint;
+use cosplat_core::control::{Done, PROTOCOL, ReadyInfo, RunId};
 use cosplat_core::coordinator::{Action, Coordinator, Event, Limits, Outcome};
 use cosplat_core::ledger::WindowRecord;
 use cosplat_core::plan::{ParticipantId, Plan};
@@ -14,6 +15,7 @@ use crate::config;
 use crate::credentials::{RunFolder, new_password, new_run};
 use crate::error::BusError;
 use crate::keys::{Keys, run_to_hex};
+use crate::life::Life;
 use crate::partners::introduce;
 use crate::queue::{Mailbox, Post, Spin, mailbox};
 use crate::session::{Bus, Lane, Outlet, Payload};
@@ -35,6 +37,9 @@ pub enum CoordinatorEvent {
     Started,
     /// A window is settled.
     Settled(Box<WindowRecord>, Vec<Done>),
+    /// All participants have stored their parts of this checkpoint. To be stored as well, and answered with
+    /// [`CoordinatorHandle::recorded`]: only then is there a next one.
+    Checkpoint(Box<Checkpoint>),
     /// Something people should read.
     Notice(String),
     /// Windows end here. Comes exactly once, unless the loop itself fails; nothing follows it.
@@ -47,6 +52,7 @@ enum Incoming {
     Up(ParticipantId, Payload),
     Presence(ParticipantId, bool),
     Died(ParticipantId, String),
+    Recorded(u64, Result<(), String>),
     Stop,
     Vanish,
 }
@@ -59,6 +65,11 @@ impl CoordinatorHandle {
     /// A participant's process has ended, for whatever reason.
     pub fn died(&self, who: ParticipantId, how: impl Into<String>) {
         self.0.send(Incoming::Died(who, how.into()));
+    }
+
+    /// The checkpoint of the start of this window is stored, or why it could not be.
+    pub fn recorded(&self, window: u64, answer: Result<(), String>) {
+        self.0.send(Incoming::Recorded(window, answer));
     }
 
     /// End at the next window edge.
@@ -101,23 +112,44 @@ impl CoordinatorHost {
         limits: Limits,
         spin: Spin,
     ) -> Result<(Self, Vec<JoinTicket>), BusError> {
-        // zenoh refuses to wait on a thread that drives a single-threaded tokio runtime; whose thread this is, is the
-        // caller's business, so the session is opened on one of our own.
-        let opener = thread::Builder::new().name("bus-open".to_owned());
-        let opened = opener.spawn(move || Self::open(plan, scenes, limits, spin));
-        let opened = opened.map_err(|source| BusError::Thread { name: "bus-open", source })?.join();
-        opened.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        Self::start_as(Life::first()?, plan, scenes, limits, spin)
     }
 
-    fn open(
+    /// As [`Self::start`], with an identity that is known, or from a checkpoint.
+    ///
+    /// # Errors
+    /// [`BusError`], [`BusError::Checkpoint`] when the checkpoint is of something else; nothing stays behind.
+    pub fn start_as(
+        life: Life,
         plan: Plan,
         scenes: Vec<SolverScene>,
         limits: Limits,
         spin: Spin,
     ) -> Result<(Self, Vec<JoinTicket>), BusError> {
-        let run = new_run()?;
+        // zenoh refuses to wait on a thread that drives a single-threaded tokio runtime; whose thread this is, is the
+        // caller's business, so the session is opened on one of our own.
+        let opener = thread::Builder::new().name("bus-open".to_owned());
+        let opened = opener.spawn(move || Self::open(life, plan, scenes, limits, spin));
+        let opened = opened.map_err(|source| BusError::Thread { name: "bus-open", source })?.join();
+        opened.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    }
+
+    fn open(
+        life: Life,
+        plan: Plan,
+        scenes: Vec<SolverScene>,
+        limits: Limits,
+        spin: Spin,
+    ) -> Result<(Self, Vec<JoinTicket>), BusError> {
+        let Life { run, epoch, checkpoints, from } = life;
+        let coordinator = Coordinator::new(run, epoch, plan.clone(), scenes, limits);
+        let coordinator = match from {
+            Some(checkpoint) => coordinator.resumed(*checkpoint)?,
+            None => coordinator,
+        };
         let keys = Keys::new(&run);
-        let folder = RunFolder::new(&run)?;
+        // A name of its own: a life that was killed may have left its folder behind.
+        let folder = RunFolder::new(&new_run()?)?;
         let names: Vec<String> = plan.participants.iter().map(|p| p.name.clone()).collect();
         let users = names.iter().map(|n| Ok((n.clone(), new_password()?))).collect::<Result<Vec<_>, BusError>>()?;
         let endpoint = folder.endpoint();
@@ -143,11 +175,13 @@ impl CoordinatorHost {
             password: password.clone(),
             threads: participant.threads,
             partners,
+            epoch,
+            checkpoints: checkpoints.clone(),
         });
         let tickets = tickets.collect();
         let host = Self {
             present: vec![false; names.len()],
-            coordinator: Coordinator::new(run, FIRST_EPOCH, plan, scenes, limits),
+            coordinator,
             names,
             run,
             outlets,
@@ -225,6 +259,7 @@ impl CoordinatorHost {
         let event = match message {
             Incoming::Up(who, payload) => Event::Up(who, payload.into_vec()),
             Incoming::Died(who, how) => Event::Died { who, how },
+            Incoming::Recorded(window, answer) => Event::Recorded(window, answer),
             Incoming::Stop => Event::Stop,
             Incoming::Vanish => return Ok(true),
             Incoming::Presence(who, here) => {
@@ -250,13 +285,12 @@ impl CoordinatorHost {
                     }
                     continue;
                 }
-                // Nothing stores checkpoints yet, and nobody asks for any.
-                Action::Checkpoint(_) => continue,
                 // What still settles or is noticed while everybody leaves is of no interest any more.
                 _ if ended.is_some() => continue,
                 Action::Ready(who, info) => CoordinatorEvent::Ready(who, info),
                 Action::Started => CoordinatorEvent::Started,
                 Action::Settled(record, done) => CoordinatorEvent::Settled(record, done),
+                Action::Checkpoint(checkpoint) => CoordinatorEvent::Checkpoint(checkpoint),
                 Action::Notice(text) => CoordinatorEvent::Notice(text),
                 Action::Ended(outcome) => {
                     *ended = Some(Instant::now());

@@ -2,6 +2,8 @@
 
 use std::io;
 
+use cosplat_core::checkpoint::CheckpointError;
+
 /// Something the transport could not do.
 #[derive(Debug, thiserror::Error)]
 pub enum BusError {
@@ -90,6 +92,9 @@ pub enum BusError {
         /// zenoh's words.
         why: String,
     },
+    /// The run cannot be taken up.
+    #[error("the checkpoint cannot be used: {0}")]
+    Checkpoint(#[from] CheckpointError),
     /// No thread.
     #[error("cannot start the thread `{name}`: {source}; is the limit of processes reached?")]
     Thread {

@@ -88,7 +88,7 @@ fn wait_for_end(pipe: &mut impl Read) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cosplat_core::control::PROTOCOL;
+    use cosplat_core::control::{FIRST_EPOCH, PROTOCOL};
     use std::io::Write;
 
     fn ticket() -> JoinTicket {
@@ -101,6 +101,8 @@ mod tests {
             password: String::new(),
             threads: 1,
             partners: Vec::new(),
+            epoch: FIRST_EPOCH,
+            checkpoints: None,
         }
     }
 

@@ -4,8 +4,9 @@
 //! because the open pipe is also how a participant notices that its launcher is gone (see [`crate::Lifeline`]).
 
 use std::fmt;
+use std::path::PathBuf;
 
-use cosplat_core::control::{PROTOCOL, RunId};
+use cosplat_core::control::{FIRST_EPOCH, PROTOCOL, RunId};
 use serde::{Deserialize, Serialize};
 
 use crate::error::BusError;
@@ -54,6 +55,16 @@ pub struct JoinTicket {
     pub threads: usize,
     /// Everybody it exchanges streams with.
     pub partners: Vec<Partner>,
+    /// Incarnation of the coordinator.
+    #[serde(default = "first_epoch")]
+    pub epoch: u32,
+    /// Folder of the run's checkpoints, where it makes any or is resumed from one.
+    #[serde(default)]
+    pub checkpoints: Option<PathBuf>,
+}
+
+fn first_epoch() -> u32 {
+    FIRST_EPOCH
 }
 
 impl JoinTicket {
@@ -136,6 +147,8 @@ mod tests {
                     door: Door::Open("/tmp/x/1-2.users".to_owned()),
                 },
             ],
+            epoch: FIRST_EPOCH,
+            checkpoints: None,
         }
     }
 

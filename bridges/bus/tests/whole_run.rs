@@ -129,7 +129,7 @@ fn run(troubles: [Trouble; 2], limits: Limits, meddle: impl Fn(u64, &Coordinator
             CoordinatorEvent::Settled(record, done) => settled.push((*record, done)),
             CoordinatorEvent::Notice(text) => notices.push(text),
             CoordinatorEvent::Ended(how) => outcome = Some(how),
-            CoordinatorEvent::Ready(..) | CoordinatorEvent::Started => {}
+            CoordinatorEvent::Ready(..) | CoordinatorEvent::Started | CoordinatorEvent::Checkpoint(_) => {}
         }
     }
     Result {

@@ -117,6 +117,15 @@ pub trait Plugin {
         Ok(())
     }
 
+    /// Finishes what `record` was given, so that it outlives this machine. Called before a snapshot is taken: whoever
+    /// resumes from it is not given those frames again.
+    ///
+    /// # Errors
+    /// [`PluginError::Environment`] when something cannot be written.
+    fn flush(&mut self) -> Result<(), PluginError> {
+        Ok(())
+    }
+
     /// Writes everything that `advance` depends on.
     fn save(&self, sink: &mut dyn StateSink);
 

@@ -11,6 +11,7 @@ use crate::hint::count;
 use crate::prepare::{Prepared, prepare};
 use crate::render::{Paint, json, print, printable, table, talk};
 use crate::report::left_out_line;
+use crate::scene_source;
 use crate::supervise::signals::Signals;
 
 /// What a run of the scene would do.
@@ -67,8 +68,9 @@ struct Interface {
 /// # Errors
 /// Everything that is wrong with the scene.
 pub(crate) async fn check(args: &CheckArgs, signals: &mut Signals) -> Result<Code, Error> {
+    let source = scene_source::load(&args.scene)?;
     let prepared = tokio::select! {
-        prepared = prepare(&args.scene, &args.changes, Paint::stderr()) => prepared?,
+        prepared = prepare(source, &args.changes, Paint::stderr()) => prepared?,
         _ = signals.next() => return Ok(Code::Interrupted),
     };
     for warning in &prepared.warnings {

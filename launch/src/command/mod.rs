@@ -2,6 +2,7 @@
 
 pub(crate) mod check;
 pub(crate) mod completions;
+mod conduct;
 pub(crate) mod doctor;
 mod failure;
 pub(crate) mod list;
@@ -9,6 +10,7 @@ pub(crate) mod man;
 pub(crate) mod new;
 pub(crate) mod plugins;
 pub(crate) mod report;
+mod resume;
 pub(crate) mod run;
 pub(crate) mod solver;
 pub(crate) mod splat;

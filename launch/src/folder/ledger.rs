@@ -4,13 +4,15 @@
 //! solver (`left.closure`) and of each interface (`a~b.transfer_defect_n_s`). SI units. Nothing in it depends on the
 //! wall clock or on the number of threads, so that two runs of the same scene can be compared byte by byte.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io;
 use std::path::Path;
 
 use cosplat_core::control::Done;
 use cosplat_core::ledger::{InterfaceRecord, SolverRecord, WindowRecord};
 use cosplat_core::plan::Plan;
+
+use super::replace;
 
 /// Columns of the window itself.
 const WINDOW: [&str; 4] = ["window", "time_s", "state_hash", "total_energy_j"];
@@ -66,6 +68,33 @@ impl Ledger {
         Ok(Self { out, every: every.max(1), windows: plan.clock.windows, held: None })
     }
 
+    /// Goes on with the table of an earlier life of the run: windows from `from` on are computed again.
+    ///
+    /// # Errors
+    /// The file cannot be read or written, or it lacks windows.
+    pub(crate) fn reopen(path: &Path, plan: &Plan, every: u64, from: u64) -> io::Result<Self> {
+        let every = every.max(1);
+        let text = fs::read_to_string(path)?;
+        let (header, rows) = text.split_once('\n').unwrap_or_default();
+        let number = |row: &&str| row.split(',').next().and_then(|window| window.parse::<u64>().ok());
+        // A run that was stopped has also written the window at which it was.
+        let is_kept = |row: &&str| number(row).is_some_and(|window| window < from && window.is_multiple_of(every));
+        let kept: Vec<&str> = rows.lines().filter(is_kept).collect();
+        if kept.len() as u64 != from.div_ceil(every) {
+            return Err(io::Error::other(format!("it lacks windows before window {from}")));
+        }
+        let out = csv::WriterBuilder::new().buffer_capacity(1 << 18).from_writer(reopen_table(path, header, &kept)?);
+        Ok(Self { out, every, windows: plan.clock.windows, held: None })
+    }
+
+    /// Waits until all that was written is on disk.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(crate) fn sync(&self) -> io::Result<()> {
+        self.out.get_ref().sync_data()
+    }
+
     /// Takes a settled window.
     ///
     /// # Errors
@@ -104,6 +133,13 @@ impl Ledger {
         // One write of a whole line per window: a kill loses nothing that was settled.
         self.out.flush()
     }
+}
+
+/// Opens a table for more rows, with no others than these.
+pub(super) fn reopen_table(path: &Path, header: &str, rows: &[&str]) -> io::Result<File> {
+    let text = rows.iter().fold(format!("{header}\n"), |text, row| text + row + "\n");
+    replace(path, text.as_bytes())?;
+    File::options().append(true).open(path)
 }
 
 fn header(plan: &Plan) -> Vec<String> {
@@ -160,6 +196,21 @@ mod tests {
         assert_eq!((rows.len(), rows[0].len()), (1, 4 + 2 * SOLVER.len() + INTERFACE.len()));
         assert_eq!(cell("state_hash"), "000000000000000000000000000000ab");
         assert_eq!([cell("total_energy_j"), cell("right.substeps"), cell("a~b.gross_n_s")], ["2", "3", "1"]);
+    }
+
+    #[test]
+    fn a_resumed_table_is_the_same_as_an_uninterrupted_one() {
+        let place = tempfile::tempdir().unwrap();
+        let (whole, broken) = (place.path().join("whole.csv"), place.path().join("broken.csv"));
+        let write = |mut ledger: Ledger, windows: std::ops::Range<u64>| {
+            windows.for_each(|window| ledger.settled(&record(window), &[done(window), done(window)]).unwrap());
+            ledger.finish().unwrap();
+        };
+        write(Ledger::create(&whole, &plan(100), 10).unwrap(), 0..100);
+        write(Ledger::create(&broken, &plan(100), 10).unwrap(), 0..37);
+        write(Ledger::reopen(&broken, &plan(100), 10, 25).unwrap(), 25..100);
+        assert_eq!(fs::read_to_string(&broken).unwrap(), fs::read_to_string(&whole).unwrap());
+        assert!(Ledger::reopen(&broken, &plan(100), 10, 200).is_err(), "windows are missing");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! Tables grow by whole lines that are handed to the system at every window. Files that only make sense as a whole
 //! (`run.toml`, `summary.json`) are written beside their place and renamed into it.
 
+pub(crate) mod checkpoints;
 pub(crate) mod curves;
 #[cfg(test)]
 pub(crate) mod fixtures;
@@ -19,6 +20,7 @@ use std::fs::{self, File};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
+use cosplat_core::control::FIRST_EPOCH;
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
 
@@ -44,6 +46,8 @@ pub(crate) const PREVIEW: &str = "preview.png";
 pub(crate) const SPLATS: &str = "splats";
 /// Gaussians, particles, impulses and curves over time.
 pub(crate) const RECORDING: &str = "run.rrd";
+/// What a run is taken up from after it was stopped or killed, where it was asked to keep that.
+pub(crate) const CHECKPOINTS: &str = "checkpoints";
 /// What each process wrote to standard error.
 pub(crate) const LOGS: &str = "logs";
 
@@ -72,15 +76,7 @@ impl RunFolder {
             return Err(Error::new(Code::Scene, problem.hint("choose another run folder with `--out DIR`")));
         }
         fs::create_dir_all(path).map_err(|e| Error::io("create the run folder", path, &e))?;
-        let lock = File::open(path).map_err(|e| Error::io("open the run folder", path, &e))?;
-        // A file system without locks is used without one.
-        if flock(&lock, FlockOperation::NonBlockingLockExclusive) == Err(Errno::WOULDBLOCK) {
-            let problem = Problem::new(format!("Another run is writing to `{}`", path.display())).at(path);
-            return Err(Error::new(
-                Code::Scene,
-                problem.hint("wait for it, or choose another folder with `--out DIR`"),
-            ));
-        }
+        let lock = lock(path)?;
         let is_empty = fs::read_dir(path).map_err(|e| Error::io("read the run folder", path, &e))?.next().is_none();
         if !is_empty {
             if !is_of_a_run(path) {
@@ -95,6 +91,32 @@ impl RunFolder {
         let logs = path.join(LOGS);
         fs::create_dir_all(&logs).map_err(|e| Error::io("create", &logs, &e))?;
         Ok(Self { path: path.to_owned(), _lock: lock })
+    }
+
+    /// Takes the folder of an earlier run to go on with it. Nothing is removed but what says how that run ended.
+    ///
+    /// # Errors
+    /// There is no run in it, or it is still being written to.
+    pub(crate) fn reopen(path: &Path) -> Result<Self, Error> {
+        if !is_of_a_run(path) {
+            let problem = Problem::new(format!("There is no run in `{}`", path.display())).at(path);
+            let problem = problem.because(format!("a run folder has a `{RUN}`"));
+            return Err(Error::new(Code::Scene, problem.hint("name the folder of a run that kept checkpoints")));
+        }
+        let lock = lock(path)?;
+        Ok(Self { path: path.to_owned(), _lock: lock })
+    }
+
+    /// Removes what says how an earlier life of the run ended, and what it left half written.
+    ///
+    /// # Errors
+    /// A file cannot be removed.
+    pub(crate) fn forget_end(&self) -> Result<(), Error> {
+        let forget = || {
+            remove_parts(&self.path)?;
+            [SUMMARY, REPORT, PREVIEW].iter().try_for_each(|name| absent_is_fine(fs::remove_file(self.file(name))))
+        };
+        forget().map_err(|e| Error::io("go on in", &self.path, &e))
     }
 
     /// Where it is.
@@ -120,16 +142,30 @@ impl RunFolder {
     /// The file cannot be written.
     pub(crate) fn put(&self, name: &str, content: &[u8]) -> Result<(), Error> {
         let path = self.file(name);
-        let write = || -> io::Result<()> {
-            // The folder belongs to this run alone, so the name is free.
-            let part = self.file(&format!("{PART}{name}"));
-            let mut file = File::create(&part)?;
-            file.write_all(content)?;
-            file.sync_data()?;
-            fs::rename(&part, &path)
-        };
-        write().map_err(|e| Error::io("write", &path, &e))
+        replace(&path, content).map_err(|e| Error::io("write", &path, &e))
     }
+}
+
+/// Puts a whole file of a run folder in place.
+pub(crate) fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
+    // The folder belongs to this run alone, so the name is free.
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let part = path.with_file_name(format!("{PART}{name}"));
+    let mut file = File::create(&part)?;
+    file.write_all(content)?;
+    file.sync_data()?;
+    fs::rename(&part, path)
+}
+
+/// Locks a folder for this run alone.
+fn lock(path: &Path) -> Result<File, Error> {
+    let lock = File::open(path).map_err(|e| Error::io("open the run folder", path, &e))?;
+    // A file system without locks is used without one.
+    if flock(&lock, FlockOperation::NonBlockingLockExclusive) == Err(Errno::WOULDBLOCK) {
+        let problem = Problem::new(format!("Another run is writing to `{}`", path.display())).at(path);
+        return Err(Error::new(Code::Scene, problem.hint("wait for it, or choose another folder with `--out DIR`")));
+    }
+    Ok(lock)
 }
 
 /// Whether the folder was made by a run: it holds a [`RUN`] file that begins with [`MARK`].
@@ -139,24 +175,49 @@ pub(crate) fn is_of_a_run(path: &Path) -> bool {
 
 /// Removes what an earlier run wrote and nothing else. The record goes last, so that a kill leaves a run folder.
 fn remove_old(path: &Path) -> io::Result<()> {
-    let absent_is_fine = |result: io::Result<()>| match result {
-        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
-        other => other,
-    };
     absent_is_fine(fs::remove_dir_all(path.join(LOGS)))?;
+    remove_parts(path)?;
     for entry in fs::read_dir(path)? {
         let entry = entry?;
-        if entry.file_name().to_string_lossy().starts_with(PART) {
+        if is_later_recording(&entry.file_name().to_string_lossy()) {
             absent_is_fine(fs::remove_file(entry.path()))?;
         }
     }
-    for folder in [PICTURES, SPLATS] {
+    for folder in [PICTURES, SPLATS, CHECKPOINTS] {
         absent_is_fine(fs::remove_dir_all(path.join(folder)))?;
     }
     for name in [SUMMARY, REPORT, PREVIEW, RECORDING, LEDGER, PROBES, TRACE, RUN] {
         absent_is_fine(fs::remove_file(path.join(name)))?;
     }
     Ok(())
+}
+
+/// Recording of a life of a run: what an earlier one has recorded is kept, and a viewer shows all of them as one.
+pub(crate) fn recording(epoch: u32) -> String {
+    if epoch == FIRST_EPOCH { RECORDING.to_owned() } else { format!("run-{epoch}.rrd") }
+}
+
+fn is_later_recording(name: &str) -> bool {
+    let number = name.strip_prefix("run-").and_then(|rest| rest.strip_suffix(".rrd"));
+    number.is_some_and(|number| number.parse::<u32>().is_ok())
+}
+
+/// Removes files that are not whole.
+fn remove_parts(path: &Path) -> io::Result<()> {
+    for entry in fs::read_dir(path)? {
+        let entry = entry?;
+        if entry.file_name().to_string_lossy().starts_with(PART) {
+            absent_is_fine(fs::remove_file(entry.path()))?;
+        }
+    }
+    Ok(())
+}
+
+fn absent_is_fine(result: io::Result<()>) -> io::Result<()> {
+    match result {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
+        other => other,
+    }
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! Columns are `<probe>.x`, `<probe>.y`, `<probe>.z` (and `.w` for orientations). Values come from the body states that
 //! each solver reports with a finished window.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io;
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use cosplat_core::plan::{LeftOut, Plan};
 use cosplat_core::plugin::{BodyState, Report};
 use cosplat_core::scene::{Probe, ProbeQuantity};
 
-use super::ledger::number;
+use super::ledger::{number, reopen_table};
 
 /// A probe and where its value is found.
 #[derive(Debug)]
@@ -36,13 +36,7 @@ impl Probes {
     /// # Errors
     /// The file cannot be written.
     pub(crate) fn create(path: &Path, plan: &Plan, probes: &[Probe]) -> io::Result<Option<Self>> {
-        let mut header = vec!["time_s".to_owned()];
-        let mut sources = Vec::new();
-        for probe in probes {
-            let Some(source) = source(plan, probe) else { continue };
-            header.extend(axes(source.quantity).iter().map(|axis| format!("{}.{axis}", probe.name)));
-            sources.push(source);
-        }
+        let (header, sources) = columns(plan, probes);
         if sources.is_empty() {
             return Ok(None);
         }
@@ -50,6 +44,35 @@ impl Probes {
         out.write_record(&header)?;
         out.flush()?;
         Ok(Some(Self { out, sources }))
+    }
+
+    /// Goes on with the table of an earlier life of the run: windows from `from` on are computed again.
+    ///
+    /// # Errors
+    /// The file cannot be read or written, or it lacks windows.
+    pub(crate) fn reopen(path: &Path, plan: &Plan, probes: &[Probe], from: u64) -> io::Result<Option<Self>> {
+        let (_, sources) = columns(plan, probes);
+        if sources.is_empty() {
+            return Ok(None);
+        }
+        let text = fs::read_to_string(path)?;
+        let (header, rows) = text.split_once('\n').unwrap_or_default();
+        // The state at t = 0 comes before the first window.
+        let kept: Vec<&str> =
+            rows.lines().take(usize::try_from(from).unwrap_or(usize::MAX).saturating_add(1)).collect();
+        if kept.len() as u64 != from + 1 {
+            return Err(io::Error::other(format!("it lacks windows before window {from}")));
+        }
+        let out = csv::WriterBuilder::new().buffer_capacity(1 << 16).from_writer(reopen_table(path, header, &kept)?);
+        Ok(Some(Self { out, sources }))
+    }
+
+    /// Waits until all that was written is on disk.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(crate) fn sync(&self) -> io::Result<()> {
+        self.out.get_ref().sync_data()
     }
 
     /// Writes the state at t = 0.
@@ -80,6 +103,18 @@ impl Probes {
         self.out.write_record(&row)?;
         self.out.flush()
     }
+}
+
+/// Names of the columns, and where the values of each probe are found.
+fn columns(plan: &Plan, probes: &[Probe]) -> (Vec<String>, Vec<Source>) {
+    let mut header = vec!["time_s".to_owned()];
+    let mut sources = Vec::new();
+    for probe in probes {
+        let Some(source) = source(plan, probe) else { continue };
+        header.extend(axes(source.quantity).iter().map(|axis| format!("{}.{axis}", probe.name)));
+        sources.push(source);
+    }
+    (header, sources)
 }
 
 /// Probes that no body state answers, for the list of what was left out.
@@ -152,6 +187,21 @@ mod tests {
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[0], "time_s,where.x,where.y,where.z,how.x,how.y,how.z,how.w");
         assert!(lines[1].starts_with("0,0,") && lines[2].starts_with("0.01,7,"), "{text}");
+    }
+
+    #[test]
+    fn a_resumed_table_goes_on_behind_the_windows_that_stay() {
+        let probes = [probe("where", ProbeQuantity::Position, "a")];
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("probes.csv");
+        let mut table = Probes::create(&path, &plan(9), &probes).unwrap().unwrap();
+        table.started(&[done(0).report, done(0).report]).unwrap();
+        (0..3).for_each(|window| table.settled(&record(window), &[done(0), done(window)]).unwrap());
+        let whole = std::fs::read_to_string(&path).unwrap();
+        let mut table = Probes::reopen(&path, &plan(9), &probes, 1).unwrap().unwrap();
+        (1..3).for_each(|window| table.settled(&record(window), &[done(0), done(window)]).unwrap());
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), whole);
+        assert!(Probes::reopen(&path, &plan(9), &probes, 4).is_err(), "a window is missing");
     }
 
     #[test]

@@ -14,7 +14,7 @@ use super::probes::{self, Probes};
 use super::tally::Tally;
 use super::trace::Trace;
 use super::{LEDGER, PICTURES, PREVIEW, PROBES, RECORDING, RUN, RunFolder, SPLATS, SUMMARY, TRACE};
-use crate::exit::Error;
+use crate::exit::{Code, Error, Problem};
 use crate::frames::Frames;
 
 /// Every file that grows with the run, and the sums for its summary.
@@ -31,6 +31,8 @@ pub(crate) struct Recorder<'a> {
     pub(crate) tally: Tally,
     /// What was made of frames, once it is known.
     pub(crate) frames: Option<Frames>,
+    /// The run is taken up in the middle: what there is to know about its beginning is known.
+    is_resumed: bool,
 }
 
 impl<'a> Recorder<'a> {
@@ -57,7 +59,41 @@ impl<'a> Recorder<'a> {
             ready: vec![None; plan.participants.len()],
             tally: Tally::new(plan, forms),
             frames: None,
+            is_resumed: false,
         })
+    }
+
+    /// Goes on with the files of an earlier life of the run, behind the windows that `tally` has counted.
+    ///
+    /// # Errors
+    /// A file cannot be read or written, or lacks windows.
+    pub(crate) fn reopen(folder: &'a RunFolder, plan: &'a Plan, scene: &'a Scene, tally: Tally) -> Result<Self, Error> {
+        let from = tally.windows;
+        let ledger = Ledger::reopen(&folder.file(LEDGER), plan, scene.output.ledger_every, from);
+        let probes = Probes::reopen(&folder.file(PROBES), plan, &scene.probes, from);
+        let trace = scene.output.trace.then(|| Trace::reopen(&folder.file(TRACE), from)).transpose();
+        Ok(Self {
+            folder,
+            plan,
+            scene,
+            ledger: taken_up(ledger, &folder.file(LEDGER))?,
+            probes: taken_up(probes, &folder.file(PROBES))?,
+            trace: taken_up(trace, &folder.file(TRACE))?,
+            ready: vec![None; plan.participants.len()],
+            tally,
+            frames: None,
+            is_resumed: true,
+        })
+    }
+
+    /// Waits until all that was written is on disk.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub(crate) fn sync(&self) -> io::Result<()> {
+        self.ledger.sync()?;
+        self.probes.as_ref().map_or(Ok(()), Probes::sync)?;
+        self.trace.as_ref().map_or(Ok(()), Trace::sync)
     }
 
     /// A participant has joined.
@@ -72,6 +108,9 @@ impl<'a> Recorder<'a> {
     /// # Errors
     /// A file cannot be written.
     pub(crate) fn started(&mut self) -> Result<(), Error> {
+        if self.is_resumed {
+            return Ok(());
+        }
         let ready: Vec<ReadyInfo> = self.ready.iter_mut().map(|r| r.take().unwrap_or_default()).collect();
         self.tally.started(self.plan, self.scene, &ready);
         if let Some(probes) = &mut self.probes {
@@ -164,6 +203,14 @@ impl Recorder<'_> {
         ];
         all.into_iter().filter(|(is_there, ..)| *is_there).map(|(_, part, name)| (part, name)).collect()
     }
+}
+
+/// What an earlier life of the run has left is not this machine's fault.
+fn taken_up<T>(result: io::Result<T>, path: &Path) -> Result<T, Error> {
+    result.map_err(|e| {
+        let problem = Problem::new(format!("Cannot go on with `{}`", path.display())).at(path).because(e);
+        Error::new(Code::Scene, problem.hint("begin the run anew with `cosplat run`"))
+    })
 }
 
 fn named<T>(result: io::Result<T>, path: &Path) -> Result<T, Error> {

@@ -8,12 +8,13 @@ use cosplat_core::ledger::WindowRecord;
 use cosplat_core::plan::{BoundaryForm, InterfaceKind, LeftOut, Plan};
 use cosplat_core::plugin::BodyState;
 use cosplat_core::scene::Scene;
+use serde::{Deserialize, Serialize};
 
 use super::summary::{Body, Energy, Interface, Process};
 use crate::verdict::{Closure, ClosureGate, Verdict};
 
 /// Sums and extremes over all settled windows.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct Tally {
     /// Settled windows.
     pub(crate) windows: u64,

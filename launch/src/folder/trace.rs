@@ -6,13 +6,15 @@
 //!
 //! The file stops growing at [`LIMIT_BYTES`] and says so; a run is never slowed down or filled up by its trace.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write as _};
 use std::path::Path;
 
 use cosplat_core::control::{Done, Times};
 use cosplat_core::plan::Plan;
 use serde_json::{Value, json};
+
+use super::replace;
 
 /// Size at which the trace stops growing: 64 MiB, about 200 000 windows of a participant.
 pub(crate) const LIMIT_BYTES: u64 = 64 << 20;
@@ -24,8 +26,10 @@ pub(crate) struct Trace {
     written: u64,
     limit: u64,
     is_full: bool,
-    /// Moment of the first slice on the monotonic clock \[s\]: zero of the trace.
+    /// Moment of the first slice on the monotonic clock \[s\], at `begins_s` of the trace.
     origin_s: Option<f64>,
+    /// Where the first slice is drawn \[s\]: behind those of an earlier life of the run.
+    begins_s: f64,
     /// End of each participant's last slice on that clock \[s\].
     ends_s: Vec<f64>,
 }
@@ -54,13 +58,37 @@ impl Trace {
 
     fn with_limit(path: &Path, plan: &Plan, limit: u64) -> io::Result<Self> {
         let out = BufWriter::with_capacity(1 << 16, File::create(path)?);
-        let mut trace = Self { out, written: 0, limit, is_full: false, origin_s: None, ends_s: Vec::new() };
+        let mut trace =
+            Self { out, written: 0, limit, is_full: false, origin_s: None, begins_s: 0.0, ends_s: Vec::new() };
         for (i, participant) in plan.participants.iter().enumerate() {
             let name = format!("{} ({})", participant.name, participant.plugin);
             trace.event(&json!({"ph": "M", "name": "process_name", "pid": i + 1, "args": {"name": name}}))?;
         }
         trace.out.flush()?;
         Ok(trace)
+    }
+
+    /// Goes on with the trace of an earlier life of the run: windows from `from` on are computed again.
+    ///
+    /// # Errors
+    /// The file cannot be read or written.
+    pub(crate) fn reopen(path: &Path, from: u64) -> io::Result<Self> {
+        let text = fs::read_to_string(path)?;
+        let Kept { events, end_us, is_full } = Kept::before(&text, from);
+        let kept = format!("[\n{}", events.join(",\n"));
+        replace(path, kept.as_bytes())?;
+        let out = BufWriter::with_capacity(1 << 16, File::options().append(true).open(path)?);
+        let written = if events.is_empty() { 0 } else { kept.len() as u64 };
+        let begins_s = end_us / 1e6;
+        Ok(Self { out, written, limit: LIMIT_BYTES, is_full, origin_s: None, begins_s, ends_s: Vec::new() })
+    }
+
+    /// Waits until all that was written is on disk.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(crate) fn sync(&self) -> io::Result<()> {
+        self.out.get_ref().sync_data()
     }
 
     /// Adds the slices of a settled window.
@@ -71,6 +99,7 @@ impl Trace {
         self.ends_s.resize(done.len(), f64::NEG_INFINITY);
         let origin_s =
             *self.origin_s.get_or_insert_with(|| done.iter().map(|d| begin_s(&d.times)).fold(f64::INFINITY, f64::min));
+        let origin_s = origin_s - self.begins_s;
         for (i, done) in done.iter().enumerate() {
             self.window(i, window, done, origin_s)?;
         }
@@ -132,6 +161,39 @@ impl Trace {
     }
 }
 
+/// What stays of a trace.
+#[derive(Default)]
+struct Kept<'t> {
+    events: Vec<&'t str>,
+    /// End of the last slice \[µs\].
+    end_us: f64,
+    is_full: bool,
+}
+
+impl<'t> Kept<'t> {
+    /// The events of windows before `from`. Each is a line of its own, and of a window's slices the computation is last.
+    fn before(text: &'t str, from: u64) -> Self {
+        let mut kept = Self::default();
+        let mut underway = Vec::new();
+        for line in text.lines().skip(1) {
+            let line = line.strip_suffix(',').unwrap_or(line);
+            let Ok(event) = serde_json::from_str::<Value>(line) else { break };
+            underway.push(line);
+            if event["ph"] == "X" && event["name"] != "compute" {
+                continue;
+            }
+            if event["args"]["window"].as_u64().is_some_and(|window| window >= from) {
+                break;
+            }
+            kept.is_full |= event["name"] == "process_labels";
+            let end = event["ts"].as_f64().zip(event["dur"].as_f64()).map_or(0.0, |(ts, dur)| ts + dur);
+            kept.end_us = kept.end_us.max(end);
+            kept.events.append(&mut underway);
+        }
+        kept
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -177,6 +239,26 @@ mod tests {
             assert!(ts > end - 0.01, "{event}");
             end = ts + dur;
         }
+    }
+
+    #[test]
+    fn a_resumed_trace_goes_on_behind_the_windows_that_stay() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("trace.json");
+        let mut trace = Trace::create(&path, &plan(2)).unwrap();
+        for window in 0..4 {
+            trace.settled(window, &[timed(100.0 + 0.01 * window as f64), timed(100.0 + 0.01 * window as f64)]).unwrap();
+        }
+        drop(trace);
+        // Another boot: the monotonic clock began anew.
+        let mut trace = Trace::reopen(&path, 2).unwrap();
+        trace.settled(2, &[timed(1.0), timed(1.0)]).unwrap();
+        trace.finish().unwrap();
+        let computed: Vec<Value> = events(&path).into_iter().filter(|e| e["name"] == "compute").collect();
+        let windows: Vec<u64> = computed.iter().map(|e| e["args"]["window"].as_u64().unwrap()).collect();
+        assert_eq!(windows, [0, 0, 1, 1, 2, 2]);
+        let starts: Vec<f64> = computed.iter().map(|e| e["ts"].as_f64().unwrap()).collect();
+        assert!(starts.is_sorted(), "{starts:?}");
     }
 
     #[test]

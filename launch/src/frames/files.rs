@@ -17,6 +17,10 @@ pub(crate) struct Wanted {
     pub(crate) scene: String,
     /// Identity of this run, for the recording.
     pub(crate) run: String,
+    /// Name of the recording of this life of the run.
+    pub(crate) recording: String,
+    /// Whether the run keeps checkpoints.
+    pub(crate) is_kept: bool,
     /// What the scene asks for.
     pub(crate) output: OutputSpec,
     /// Frames per simulated second.

@@ -5,6 +5,7 @@
 
 mod body;
 mod files;
+mod opening;
 mod rows;
 mod worker;
 
@@ -14,7 +15,8 @@ use std::time::Duration;
 
 use cosplat_core::plan::RECORDER;
 use cosplat_core::plugin::{
-    Descriptor, Inputs, Outputs, Plugin, PluginError, Pulse, Report, Setup, Signal, SolverScene, StateSink, Step,
+    Descriptor, Inputs, Outputs, Plugin, PluginError, Pulse, Report, Setup, Signal, SolverScene, StateReader,
+    StateSink, Step,
 };
 use cosplat_core::visual::VisualFrame;
 
@@ -28,9 +30,23 @@ const IN_FLIGHT: usize = 2;
 /// Between two looks whether the worker has room.
 const LOOK: Duration = Duration::from_millis(2);
 
+/// What the worker is asked for.
+enum Order {
+    /// Go on where an earlier life of the run had taken so many frames; this is how everything stood in the first one.
+    Open(Box<VisualFrame>, u64),
+    /// Take a frame.
+    Take(VisualFrame),
+    /// Say when all frames are on disk.
+    Flush(SyncSender<()>),
+}
+
 /// The participant that takes frames.
 pub(crate) struct FrameRecorder {
-    post: Option<SyncSender<VisualFrame>>,
+    post: Option<SyncSender<Order>>,
+    /// Frames taken, and the first of them where the run keeps checkpoints.
+    taken: u64,
+    first: Vec<u8>,
+    is_kept: bool,
     /// Why the worker stopped, if it did before its time.
     broken: Receiver<String>,
     worker: Option<JoinHandle<Result<Frames, String>>>,
@@ -44,6 +60,7 @@ impl FrameRecorder {
     pub(crate) fn start(wanted: Wanted) -> Result<Self, String> {
         let (post, frames) = sync_channel(IN_FLIGHT);
         let (say, broken) = sync_channel(1);
+        let is_kept = wanted.is_kept;
         let worker = Worker::new(wanted)?;
         let work = move || {
             let done = worker.work(&frames);
@@ -54,7 +71,7 @@ impl FrameRecorder {
             done
         };
         let worker = thread::Builder::new().name("frames".into()).spawn(work).map_err(|e| e.to_string())?;
-        Ok(Self { post: Some(post), broken, worker: Some(worker) })
+        Ok(Self { post: Some(post), taken: 0, first: Vec::new(), is_kept, broken, worker: Some(worker) })
     }
 
     /// Waits for the last frame.
@@ -89,27 +106,52 @@ impl Plugin for FrameRecorder {
 
     fn record(&mut self, frame: &VisualFrame, pulse: &mut dyn Pulse) -> Result<(), PluginError> {
         let Some(post) = &self.post else { return Err(self.failure()) };
-        let mut frame = frame.clone();
+        let mut order = Order::Take(frame.clone());
         loop {
-            match post.try_send(frame) {
-                Ok(()) => return Ok(()),
+            match post.try_send(order) {
+                Ok(()) => break,
                 Err(TrySendError::Disconnected(_)) => return Err(self.failure()),
-                Err(TrySendError::Full(same)) => frame = same,
+                Err(TrySendError::Full(same)) => order = same,
             }
             if pulse.beat(0, 1) == Signal::Abort {
                 return Err(PluginError::Aborted);
             }
             thread::sleep(LOOK);
         }
+        if self.is_kept && self.taken == 0 {
+            self.first = opening::encode(frame);
+        }
+        self.taken += 1;
+        Ok(())
+    }
+
+    fn flush(&mut self) -> Result<(), PluginError> {
+        let (say, flushed) = sync_channel(1);
+        let asked = self.post.as_ref().is_some_and(|post| post.send(Order::Flush(say)).is_ok());
+        if asked && flushed.recv().is_ok() { Ok(()) } else { Err(self.failure()) }
     }
 
     fn advance(&mut self, _step: &Step, _inputs: &Inputs, _pulse: &mut dyn Pulse) -> Result<Outputs, PluginError> {
         Ok(Outputs { boundaries: Vec::new(), impulses: Vec::new(), report: Report::default() })
     }
 
-    fn save(&self, _sink: &mut dyn StateSink) {}
+    fn save(&self, sink: &mut dyn StateSink) {
+        if self.is_kept {
+            sink.u64(self.taken);
+            sink.bytes(&self.first);
+        }
+    }
 
-    fn restore(&mut self, _state: &[u8]) -> Result<(), PluginError> {
+    fn restore(&mut self, state: &[u8]) -> Result<(), PluginError> {
+        let mut input = StateReader::new(state);
+        let taken = input.u64()?;
+        let first = input.bytes(state.len().saturating_sub(size_of::<u64>()))?.to_vec();
+        if taken > 0 {
+            let order = Order::Open(Box::new(opening::decode(&first)?), taken);
+            let sent = self.post.as_ref().is_some_and(|post| post.send(order).is_ok());
+            sent.then_some(()).ok_or_else(|| self.failure())?;
+        }
+        (self.taken, self.first) = (taken, first);
         Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! The thread that turns frames into files.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io::ErrorKind;
 use std::path::Path;
 use std::sync::mpsc::Receiver;
@@ -9,13 +9,14 @@ use std::time::Instant;
 use cosplat_core::visual::{VisualFrame, VisualState};
 use cosplat_splat::{Axes, OutputFrame, Splats, format, merge};
 use cosplat_viewer::recording::{Layout, Recording};
-use cosplat_viewer::{Camera, Gaussians, Options, Preview, PreviewOptions, View, png, render};
+use cosplat_viewer::{Camera, Gaussians, Options, Picture, Preview, PreviewOptions, View, png, render};
 use nalgebra::Vector3;
 
+use super::Order;
 use super::body::{Look, Player};
 use super::files::{Frames, Wanted, picture, splats};
 use super::rows::{CURVES, Sums};
-use crate::folder::{PICTURES, PREVIEW, RECORDING, SPLATS};
+use crate::folder::{PICTURES, PREVIEW, SPLATS};
 
 /// Length of an arrow for an impulse \[m/(N s)\].
 const ARROW: f64 = 0.2;
@@ -30,6 +31,10 @@ pub(super) struct Worker {
     preview: Preview,
     sums: Sums,
     done: Frames,
+    /// Whether this life of the run has recorded anything.
+    has_recorded: bool,
+    /// Files that may not be on disk yet.
+    unsynced: Vec<String>,
 }
 
 impl Worker {
@@ -50,17 +55,25 @@ impl Worker {
             background,
             curves: &CURVES,
         };
-        let recording = output.recording.then(|| Recording::create(&wanted.folder.join(RECORDING), &layout));
+        let recording = output.recording.then(|| Recording::create(&wanted.folder.join(&wanted.recording), &layout));
         let recording = recording.transpose().map_err(|e| e.to_string())?;
         let preview = Preview::new(PreviewOptions {
             pictures_per_second: wanted.frames_per_second.round().clamp(1.0, 100.0) as u16,
             ..PreviewOptions::default()
         });
-        Ok(Self { wanted, recording, preview, sums: Sums::default(), done: Frames::default() })
+        Ok(Self {
+            wanted,
+            recording,
+            preview,
+            sums: Sums::default(),
+            done: Frames::default(),
+            has_recorded: false,
+            unsynced: Vec::new(),
+        })
     }
 
     /// Takes frames until there are no more.
-    pub(super) fn work(mut self, frames: &Receiver<VisualFrame>) -> Result<Frames, String> {
+    pub(super) fn work(mut self, orders: &Receiver<Order>) -> Result<Frames, String> {
         let drawn = std::mem::take(&mut self.wanted.drawn);
         // Files keep the frame of the first capture, so that what did not move has the bits it came with.
         let first = drawn.iter().find_map(|d| match &d.look {
@@ -70,13 +83,24 @@ impl Worker {
         let frame = first.unwrap_or_else(OutputFrame::world);
         let mut players: Vec<Player<'_>> = drawn.iter().map(|d| Player::new(d, frame)).collect();
         let view = seen_from(&self.wanted.camera, &frame).view().map_err(|e| e.to_string())?;
-        for visual in frames {
+        for order in orders {
+            let visual = match order {
+                Order::Take(visual) => visual,
+                Order::Open(first, taken) => {
+                    follow(&mut players, &first)?;
+                    self.take_over(taken)?;
+                    continue;
+                }
+                Order::Flush(say) => {
+                    self.sync()?;
+                    // Who asked may be gone with the run.
+                    let _ = say.send(());
+                    continue;
+                }
+            };
             self.take_rows()?;
             let began = Instant::now();
-            for (name, state) in &visual.bodies {
-                let player = players.iter_mut().find(|p| p.name() == name);
-                player.ok_or_else(|| format!("body `{name}` was not prepared to be drawn"))?.follow(state)?;
-            }
+            follow(&mut players, &visual)?;
             self.done.skin_s += began.elapsed().as_secs_f64();
             self.draw(&players, &view, visual.number)?;
             self.write(&players, visual.number)?;
@@ -84,6 +108,41 @@ impl Worker {
             self.done.taken += 1;
         }
         self.finish()
+    }
+
+    /// Counts the frames of earlier lives of the run as if they had been made here.
+    fn take_over(&mut self, taken: u64) -> Result<(), String> {
+        for number in 0..taken {
+            if self.wanted.output.pictures {
+                let name = picture(number);
+                let (width, height, values) = png::read(&self.wanted.folder.join(&name)).map_err(|e| e.to_string())?;
+                let rgba = values.as_chunks::<3>().0.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect();
+                let drawn = Picture { width, height, rgba, depth: Vec::new() };
+                self.preview.push(&drawn).map_err(|e| e.to_string())?;
+                self.done.pictures.push(name);
+            }
+            if self.wanted.output.splats {
+                self.done.splats.push(splats(number));
+            }
+        }
+        self.done.taken = taken;
+        Ok(())
+    }
+
+    /// Waits until all pictures and splat files are on disk.
+    fn sync(&mut self) -> Result<(), String> {
+        for name in self.unsynced.drain(..) {
+            let path = self.wanted.folder.join(&name);
+            let synced = File::open(&path).and_then(|file| file.sync_all());
+            synced.map_err(|e| format!("cannot write `{}`: {e}", path.display()))?;
+        }
+        Ok(())
+    }
+
+    fn note(&mut self, name: &str) {
+        if self.wanted.is_kept {
+            self.unsynced.push(name.to_owned());
+        }
     }
 
     fn draw(&mut self, players: &[Player<'_>], view: &View, number: u64) -> Result<(), String> {
@@ -97,6 +156,7 @@ impl Worker {
         let name = picture(number);
         png::write(&self.wanted.folder.join(&name), &drawn).map_err(|e| e.to_string())?;
         self.preview.push(&drawn).map_err(|e| e.to_string())?;
+        self.note(&name);
         self.done.pictures.push(name);
         self.done.draw_s += began.elapsed().as_secs_f64();
         Ok(())
@@ -111,6 +171,7 @@ impl Worker {
         let all = merge(&sets).map_err(|e| e.to_string())?;
         let name = splats(number);
         format::write_file(&self.wanted.folder.join(&name), &all).map_err(|e| e.to_string())?;
+        self.note(&name);
         self.done.splats.push(name);
         self.done.write_s += began.elapsed().as_secs_f64();
         Ok(())
@@ -118,11 +179,12 @@ impl Worker {
 
     fn record(&mut self, players: &[Player<'_>], frame: &OutputFrame, visual: &VisualFrame) -> Result<(), String> {
         let Some(recording) = &mut self.recording else { return Ok(()) };
+        let is_first = !std::mem::replace(&mut self.has_recorded, true);
         let began = Instant::now();
         let to_world = frame.from_world.inverse();
         let mut add = || {
             recording.frame(visual.number * self.wanted.windows_per_frame, visual.time_s);
-            for player in players.iter().filter(|p| p.has_moved || visual.number == 0) {
+            for player in players.iter().filter(|p| p.has_moved || is_first) {
                 let mut world = player.splats.clone();
                 to_world.apply(&mut world, Axes::Scene);
                 let entity = format!("world/{}", player.name());
@@ -171,6 +233,14 @@ impl Worker {
         }
         Ok(self.done)
     }
+}
+
+fn follow(players: &mut [Player<'_>], visual: &VisualFrame) -> Result<(), String> {
+    for (name, state) in &visual.bodies {
+        let player = players.iter_mut().find(|p| p.name() == name);
+        player.ok_or_else(|| format!("body `{name}` was not prepared to be drawn"))?.follow(state)?;
+    }
+    Ok(())
 }
 
 /// Makes an empty folder; one of an earlier run has been removed.

@@ -67,7 +67,8 @@ impl Child {
         log: &Path,
         exits: UnboundedSender<Exit>,
     ) -> io::Result<Self> {
-        let log = File::create(log)?;
+        // An earlier life of the run may have written to it; the folder of a new run has none.
+        let log = File::options().create(true).append(true).open(log)?;
         command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped()).process_group(0);
         let mut child = command.spawn()?;
         let pid = child.id();

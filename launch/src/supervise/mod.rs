@@ -10,7 +10,8 @@ use std::process::Command;
 use std::thread;
 use std::time::Duration;
 
-use cosplat_bus::{BusError, CoordinatorEvent, CoordinatorHandle, CoordinatorHost, JoinTicket, Spin};
+use cosplat_bus::{BusError, CoordinatorEvent, CoordinatorHandle, CoordinatorHost, JoinTicket, Life, Spin};
+use cosplat_core::checkpoint::Checkpoint;
 use cosplat_core::coordinator::{Limits, Outcome};
 use cosplat_core::participant::Pace;
 use cosplat_core::plan::{ParticipantId, Plan};
@@ -43,6 +44,8 @@ pub(crate) struct Job<'a> {
     pub(crate) commands: Vec<Vec<OsString>>,
     /// Deadlines.
     pub(crate) limits: Limits,
+    /// Which run this is, and where it begins.
+    pub(crate) life: Life,
     /// Where logs go.
     pub(crate) folder: &'a RunFolder,
     /// What takes the frames, where there are any.
@@ -56,6 +59,8 @@ pub(crate) enum News {
     Spawned(ParticipantId, u32),
     /// The coordinator says something.
     Bus(CoordinatorEvent),
+    /// A checkpoint is to be stored, and the coordinator to be told when it is.
+    Checkpoint(Box<Checkpoint>, CoordinatorHandle),
     /// The user wants the run to end; it does at the edge of this window.
     Stopping(&'static str),
     /// A moment has passed.
@@ -85,7 +90,8 @@ pub(crate) async fn run(
     hear: &mut dyn FnMut(News) -> Result<(), Error>,
 ) -> Result<Ended, Error> {
     let (host, tickets) =
-        CoordinatorHost::start(job.plan.clone(), job.scenes, job.limits, Spin::default()).map_err(|e| bus_error(&e))?;
+        CoordinatorHost::start_as(job.life, job.plan.clone(), job.scenes, job.limits, Spin::default())
+            .map_err(|e| bus_error(&e))?;
     let handle = host.handle();
     let (exit_post, exits) = unbounded_channel();
     let mut children = Vec::with_capacity(tickets.len());
@@ -200,6 +206,9 @@ impl Supervisor {
                 event = events.recv() => match event {
                     None => return Ok(Watched::BusGone),
                     Some(CoordinatorEvent::Ended(outcome)) => return Ok(Watched::Ended(outcome)),
+                    Some(CoordinatorEvent::Checkpoint(checkpoint)) => {
+                        hear(News::Checkpoint(checkpoint, self.handle.clone()))?;
+                    }
                     Some(event) => {
                         self.look_at(&event);
                         hear(News::Bus(event))?;
@@ -288,10 +297,10 @@ fn cannot_start(name: &str, words: &[OsString], error: &std::io::Error) -> Error
     Error::new(Code::Environment, problem)
 }
 
-fn bus_error(error: &BusError) -> Error {
+pub(crate) fn bus_error(error: &BusError) -> Error {
     let code = match error {
         BusError::Random { .. } | BusError::Folder { .. } | BusError::PathTooLong { .. } => Code::Environment,
-        BusError::Name { .. } => Code::Scene,
+        BusError::Name { .. } | BusError::Checkpoint(_) => Code::Scene,
         _ => Code::Process,
     };
     Error::new(code, Problem::new("The bus failed").because(error))

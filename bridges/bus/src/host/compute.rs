@@ -4,9 +4,10 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
+use cosplat_core::checkpoint::Snapshot;
 use cosplat_core::control::Times;
 use cosplat_core::participant::{Answer, Event, Job};
-use cosplat_core::plugin::{PartnerSetup, Plugin, PluginError, SolverScene};
+use cosplat_core::plugin::{PartnerSetup, Plugin, PluginError, SolverScene, StateHasher};
 
 use super::drive::Driver;
 use super::pulse::HostPulse;
@@ -63,6 +64,31 @@ pub(super) fn advance(driver: &mut Driver, plugin: &mut dyn Plugin, job: &Job) {
     }
     let times = Times { start_s, end_s, compute_s: end_s - start_s, wait_s, transfer_s };
     driver.answer(Event::Computed(answer, times));
+}
+
+/// Takes up a saved state; what `save` writes after it shows whether it is the same.
+pub(super) fn restore(driver: &mut Driver, plugin: &mut dyn Plugin, state: &[u8]) {
+    let answer = guarded(|| {
+        plugin.restore(state)?;
+        let mut hasher = StateHasher::default();
+        plugin.save(&mut hasher);
+        Ok(hasher.finish())
+    });
+    driver.note_failure(&answer);
+    driver.answer(Event::Restored(answer));
+}
+
+/// Takes a snapshot now, and has it stored meanwhile. A run goes on without one that cannot be taken.
+pub(super) fn save(driver: &mut Driver, plugin: &mut dyn Plugin, snapshot: Snapshot, keep: Option<u64>) {
+    let window = snapshot.window;
+    let taken = guarded(|| {
+        plugin.flush()?;
+        Ok(snapshot.of(plugin))
+    });
+    match taken {
+        Ok(bytes) => driver.keeper.store(window, bytes, keep),
+        Err(error) => driver.answer(Event::Saved(window, Err(error.to_string()))),
+    }
 }
 
 /// Runs plugin code. After a panic the plugin is not used again, so a state it left half-made does no harm.

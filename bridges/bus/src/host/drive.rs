@@ -8,6 +8,7 @@ use cosplat_core::plugin::{Plugin, PluginError};
 
 use super::compute::{self, Stopwatch};
 use super::heartbeat::Heartbeat;
+use super::keep::Keeper;
 use super::wire::{Incoming, Wire};
 use crate::error::BusError;
 use crate::queue::Mailbox;
@@ -31,6 +32,7 @@ pub(crate) struct Driver {
     wire: Wire,
     mailbox: Mailbox<Incoming>,
     heartbeat: Heartbeat,
+    pub(super) keeper: Keeper,
     started: Instant,
     head_start: Duration,
     ticked: Duration,
@@ -48,6 +50,7 @@ impl Driver {
         pace: Pace,
         wire: Wire,
         mailbox: Mailbox<Incoming>,
+        keeper: Keeper,
     ) -> Result<Self, BusError> {
         let heartbeat = Heartbeat::start(wire.ack(), identity.run, identity.instance, pace.heartbeat)?;
         Ok(Self {
@@ -55,6 +58,7 @@ impl Driver {
             wire,
             mailbox,
             heartbeat,
+            keeper,
             started: Instant::now(),
             // The machine's clock starts one repetition in, so that the first greeting is due at once.
             head_start: pace.repeat,
@@ -132,6 +136,7 @@ impl Driver {
             Incoming::Control(payload) => self.feed(Event::Control(payload.into_vec())),
             Incoming::Data(payload) => self.feed(Event::Data(payload.into_vec().into())),
             Incoming::Resend(payload) => self.feed(Event::Resend(payload.into_vec())),
+            Incoming::Stored(window, answer) => self.feed(Event::Saved(window, answer)),
             Incoming::LauncherGone => self.ending = Some(Ending::Orphaned),
         }
     }
@@ -145,6 +150,8 @@ impl Driver {
                 Action::SetUp(scene, show) => compute::set_up(self, plugin, &scene, &show),
                 Action::Connect(partners) => compute::connect(self, plugin, &partners),
                 Action::Compute(job) => compute::advance(self, plugin, &job),
+                Action::Restore(state) => compute::restore(self, plugin, &state),
+                Action::Save(snapshot, keep) => compute::save(self, plugin, *snapshot, keep),
                 _ => {}
             }
         }
@@ -164,6 +171,10 @@ impl Driver {
                 if let (Some(plan), Some(id)) = (self.participant.plan(), self.participant.id()) {
                     self.wire.declare(plan, id)?;
                 }
+            }
+            Action::Load(window) => {
+                let found = self.keeper.load(window);
+                self.feed(Event::Loaded(found));
             }
             Action::Exit(ending) => self.ending = Some(ending),
             plugin_work => return Ok(Some(plugin_work)),

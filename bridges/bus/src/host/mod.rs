@@ -7,6 +7,7 @@
 mod compute;
 mod drive;
 mod heartbeat;
+mod keep;
 mod pulse;
 mod wire;
 
@@ -15,7 +16,6 @@ use std::process::{self, ExitCode};
 use std::thread;
 use std::time::Duration;
 
-use cosplat_core::control::FIRST_EPOCH;
 use cosplat_core::participant::{Ending, Identity, Pace};
 use cosplat_core::plugin::Plugin;
 use rustix::process::{Signal, getppid, set_parent_process_death_signal};
@@ -26,6 +26,7 @@ use crate::lifeline::Lifeline;
 use crate::queue::{Spin, mailbox};
 use crate::ticket::JoinTicket;
 use drive::{Conclusion, Driver};
+use keep::Keeper;
 use wire::{Incoming, Wire};
 
 /// Waiting for the ticket.
@@ -115,14 +116,15 @@ fn serve_with(
     }
     let identity = Identity {
         run: ticket.run_id()?,
-        epoch: FIRST_EPOCH,
+        epoch: ticket.epoch,
         name: ticket.name.clone(),
         instance: new_instance()?,
         pid: process::id(),
         descriptor: plugin.describe(),
     };
+    let keeper = Keeper::new(ticket, post.clone());
     let wire = Wire::open(ticket, CONNECT_PATIENCE, post)?;
-    Driver::new(identity, pace, wire, mailbox)?.run(plugin)
+    Driver::new(identity, pace, wire, mailbox, keeper)?.run(plugin)
 }
 
 /// Ends this process with its parent, whatever it is doing then.

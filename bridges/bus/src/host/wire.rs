@@ -22,6 +22,8 @@ pub(crate) enum Incoming {
     Data(Payload),
     /// On `resend/<own name>`.
     Resend(Payload),
+    /// A snapshot of this window is stored, or why it could not be.
+    Stored(u64, Result<(), String>),
     /// The launcher's end of the life-line is closed.
     LauncherGone,
 }

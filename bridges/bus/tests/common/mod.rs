@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use cosplat_bus::{Bus, BusError, Door, JoinTicket, Keys, Mailbox, Partner, Payload, RunFolder, Spin};
 use cosplat_bus::{config, introduce, mailbox, run_to_hex};
-use cosplat_core::control::{PROTOCOL, RunId};
+use cosplat_core::control::{FIRST_EPOCH, PROTOCOL, RunId};
 use cosplat_core::plan::{BoundaryForm, Content, Participant, Plan, Stream};
 use cosplat_core::time::Clock;
 
@@ -79,6 +79,8 @@ impl Router {
             password: password_of(name),
             threads: 1,
             partners: self.partners[usize::from(plan().participant(name).unwrap())].clone(),
+            epoch: FIRST_EPOCH,
+            checkpoints: None,
         }
     }
 
