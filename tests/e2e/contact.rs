@@ -49,12 +49,13 @@ fn threads_change_no_bit_and_the_scheme_does() {
 
 /// Short and without pictures: whether each pair of solvers couples at all, on one thread as on two.
 #[test]
-fn a_liquid_and_a_cloth_meet_rigid_bodies_of_another_process() {
+fn liquids_and_a_cloth_meet_bodies_of_another_process() {
     let plain = ["--set", "output.pictures=false", "--set", "output.splats=false", "--set", "output.recording=false"];
-    // The raft has fallen onto the water by then, the silk onto the rock.
+    // The raft has fallen onto the water by then, the silk onto the rock, the mud onto the block.
     for (scene, changes) in [
         ("dam-and-raft", ["--set", "clock.duration=0.35", "--set", "body.water.spacing=0.04"]),
         ("silk-over-rock", ["--set", "clock.duration=0.2", "--set", "body.silk.spacing=0.02"]),
+        ("mud-over-block", ["--set", "clock.duration=0.2", "--set", "body.mud.spacing=0.03"]),
     ] {
         let run = |threads: &str| {
             let args = [&["--quiet", "--threads", threads], &plain[..], &changes[..]].concat();

@@ -9,7 +9,7 @@ use crate::control::{Done, FailureKind, Times, Up};
 use crate::participant::{Job, OutputError};
 use crate::plan::schedule::{self, MessageId, Need, StepPlan};
 use crate::plan::{Content, StreamId};
-use crate::plugin::{Outputs, PluginError, Report, Step};
+use crate::plugin::{Outputs, PluginError, Report, Step, count};
 
 /// The window at hand.
 #[derive(Debug, Default)]
@@ -187,8 +187,8 @@ fn merge_report(into: &mut Report, from: Report, first: bool) {
     into.bodies = from.bodies;
     into.external = into.external.plus(from.external);
     into.energy = from.energy;
-    for (name, count) in from.counters {
-        *into.counters.entry(name).or_default() += count;
+    for (name, n) in from.counters {
+        count(&mut into.counters, &name, n);
     }
     for later in from.interfaces {
         match into.interfaces.iter_mut().find(|i| i.interface == later.interface) {

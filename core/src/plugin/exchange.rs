@@ -131,8 +131,14 @@ pub struct Report {
     pub energy: Energy,
     /// Own view of each interface.
     pub interfaces: Vec<InterfaceReport>,
-    /// Clamps, quarantines, overflows of this step.
+    /// Clamps, quarantines, overflows of this step. What begins with `largest-` is no count: see [`count`].
     pub counters: BTreeMap<String, u64>,
+}
+
+/// Adds a counter to those of earlier steps: counts are summed, of what begins with `largest-` the largest is kept.
+pub fn count(counters: &mut BTreeMap<String, u64>, name: &str, n: u64) {
+    let all = counters.entry(name.to_owned()).or_default();
+    *all = if name.starts_with("largest-") { n.max(*all) } else { *all + n };
 }
 
 /// One body at one moment, from the states of its particles.
@@ -227,6 +233,16 @@ mod tests {
         };
         // All numbers are short binary fractions: the sums are exact.
         assert_eq!(BodyState::of_points(0.5, &x, &v, &start), expected);
+    }
+
+    #[test]
+    fn counts_are_summed_and_the_largest_is_kept() {
+        let mut counters = BTreeMap::new();
+        for n in [3, 5, 2] {
+            count(&mut counters, "clamped", n);
+            count(&mut counters, "largest-compression-1e-6", n);
+        }
+        assert_eq!(counters.into_values().collect::<Vec<_>>(), [10, 5]);
     }
 
     #[test]

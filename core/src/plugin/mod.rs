@@ -17,7 +17,7 @@ mod state;
 pub use budget::Budget;
 pub use descriptor::{BodyKind, Descriptor, InterfaceRole, Saves};
 pub use exchange::{
-    BodyState, BoundaryOutput, Energy, ImpulseInput, Inputs, InterfaceReport, Outputs, PartnerInput, Report,
+    BodyState, BoundaryOutput, Energy, ImpulseInput, Inputs, InterfaceReport, Outputs, PartnerInput, Report, count,
 };
 pub use points::Points;
 pub use refusals::Refusals;

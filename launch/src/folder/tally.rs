@@ -6,7 +6,7 @@ use cosplat_core::boundary::{norm, sub};
 use cosplat_core::control::{Done, ReadyInfo};
 use cosplat_core::ledger::WindowRecord;
 use cosplat_core::plan::{BoundaryForm, InterfaceKind, LeftOut, Plan};
-use cosplat_core::plugin::BodyState;
+use cosplat_core::plugin::{BodyState, count};
 use cosplat_core::scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -121,7 +121,7 @@ impl Tally {
             process.substeps += done.report.substeps;
             process.substep_bound_by.clone_from(&done.report.substep_bound_by);
             for (name, n) in done.report.counters.iter().filter(|(_, n)| **n > 0) {
-                *self.counters.entry(process.name.clone()).or_default().entry(name.clone()).or_default() += n;
+                count(self.counters.entry(process.name.clone()).or_default(), name, *n);
             }
         }
         self.closures(record, done);

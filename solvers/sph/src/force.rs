@@ -153,8 +153,9 @@ impl Pass<'_> {
                 sums.speed = largest(dot(*v, *v), sums.speed);
             }
         });
-        for (pack, v) in pack.iter_mut().zip(&store.v) {
-            pack.v = *v;
+        // From here on the packs' pressures are not needed: densities take their place.
+        for (pack, (v, rho)) in pack.iter_mut().zip(store.v.iter().zip(&store.rho)) {
+            (pack.v, pack.pressure) = (*v, *rho);
         }
     }
 
@@ -176,7 +177,7 @@ impl Pass<'_> {
                     squeeze += slope * others.approach();
                     sum += kernel.weights(others.r) * others.volume;
                     let steep = [0, 1, 2].map(|k| f64x4::splat(slant[k]) * others.apart[k]);
-                    let denser = self.densities(store, body, rho, j) - f64x4::splat(rho);
+                    let denser = self.densities(store, body, rho, &others, j) - f64x4::splat(rho);
                     smooth -= slope * (denser + steep[0] + steep[1] + steep[2]);
                 }
                 for b in walls.near(i).chunks_exact(LANES) {
@@ -197,12 +198,15 @@ impl Pass<'_> {
 
     /// Densities of four neighbours; the own one for those of another body, between which nothing diffuses.
     #[inline]
-    fn densities(&self, store: &Store, body: u32, own: f64, j: &[u32]) -> f64x4 {
-        let alone = self.model.liquids.len() == 1;
+    fn densities(&self, store: &Store, body: u32, own: f64, others: &Four, j: &[u32]) -> f64x4 {
+        if self.model.liquids.len() == 1 {
+            // Nobody has no volume, so that its density does not matter.
+            return others.pressure;
+        }
         let one = |k: usize| {
             let j = j[k] as usize;
             match store.rho.get(j) {
-                Some(&rho) if alone || self.model.body[store.id[j] as usize] == body => rho,
+                Some(&rho) if self.model.body[store.id[j] as usize] == body => rho,
                 _ => own,
             }
         };

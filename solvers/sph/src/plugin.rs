@@ -166,7 +166,7 @@ impl Run {
             ("strayed-particles", strayed),
             ("pressure-iterations", books.solved.iterations),
             ("solutions-above-tolerance", books.solved.unfinished),
-            ("boundary-particles", books.boundary),
+            ("largest-boundary-particles", books.boundary),
             ("sorts", books.sorts),
         ];
         let report = Report {
