@@ -3,6 +3,7 @@
 //! Nothing here reads text; `read` turns a TOML file into these types and collects every mistake on the way.
 
 mod body;
+mod camera;
 mod coupling;
 mod influence;
 mod place;
@@ -12,6 +13,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 pub use body::*;
+pub use camera::*;
 pub use coupling::*;
 pub use influence::*;
 
@@ -129,35 +131,22 @@ pub struct OutputSpec {
     pub pictures: bool,
     /// Write each frame as a splat file.
     pub splats: bool,
-    /// Write a recording for the live viewer.
+    /// Write a recording for the viewer.
     pub recording: bool,
+    /// Make a film of the pictures.
+    pub video: bool,
+    /// Show the recording while the run goes on. Asked for with a run, never by a scene.
+    pub live: bool,
     /// Write a report to be read in a browser.
     pub report: bool,
     /// Where pictures are taken from; `None` lets the launcher look at all that moves.
     pub camera: Option<CameraSpec>,
 }
 
-/// `[output.camera]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CameraSpec {
-    /// Where it stands \[m\].
-    pub eye_m: Vec3,
-    /// Where it looks \[m\].
-    pub target_m: Vec3,
-    /// Upwards in the picture.
-    pub up: Vec3,
-    /// Vertical field of view \[°\].
-    pub field_of_view_deg: f64,
-    /// Width and height of a picture \[px\].
-    pub size_px: [u32; 2],
-    /// What shows where nothing is, linear RGB in 0..=1.
-    pub background: [f64; 3],
-}
-
 impl OutputSpec {
     /// Whether anything needs frames.
     pub fn draws(&self) -> bool {
-        self.pictures || self.splats || self.recording
+        self.pictures || self.splats || self.recording || self.live
     }
 }
 
@@ -169,6 +158,8 @@ impl Default for OutputSpec {
             pictures: false,
             splats: false,
             recording: false,
+            video: false,
+            live: false,
             report: true,
             camera: None,
         }

@@ -32,6 +32,7 @@
 
 mod action;
 mod body;
+mod camera;
 mod fields;
 mod limits;
 mod link;

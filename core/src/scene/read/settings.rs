@@ -1,9 +1,11 @@
 //! `[clock]`, `[space]`, `[output]` and `[run]`.
 
+use super::camera::camera;
 use super::fields::Fields;
 use super::limits::{Limits, number};
+use super::node::Value;
 use super::value::At;
-use crate::scene::model::{Break, CameraSpec, ClockSpec, MotionRule, OutputSpec, RunSpec, Scheme, Space};
+use crate::scene::model::{Break, ClockSpec, MotionRule, OutputSpec, RunSpec, Scheme, Space};
 
 const TIME: Limits = Limits::positive("s");
 /// Windows of the longest run; more of them never end.
@@ -98,8 +100,8 @@ pub(super) fn space(root: &Fields<'_>) -> Space {
 pub(super) fn output(root: &Fields<'_>, clock: Option<&ClockSpec>) -> OutputSpec {
     // Frames are what a frame rate is for: where there is one, all that is made from them is the default.
     let has_frames = clock.is_some_and(|c| c.frames_per_second.is_some());
-    let framed = |fields: &Fields<'_>, key: &'static str| {
-        fields.or(key, has_frames, |at| {
+    let framed = |fields: &Fields<'_>, key: &'static str, default: bool| {
+        fields.or(key, default, |at| {
             let wanted = at.flag();
             if wanted && !has_frames {
                 let help = "add `fps` to `[clock]`, for example `fps = 24`".to_owned();
@@ -112,26 +114,26 @@ pub(super) fn output(root: &Fields<'_>, clock: Option<&ClockSpec>) -> OutputSpec
     let read = |fields: &Fields<'_>| OutputSpec {
         trace: fields.or("trace", plain.trace, |at| at.flag()),
         ledger_every: fields.or("ledger_every", plain.ledger_every, |at| at.count(1..=1_000_000_000)),
-        pictures: framed(fields, "pictures"),
-        splats: framed(fields, "splats"),
-        recording: framed(fields, "recording"),
+        pictures: framed(fields, "pictures", has_frames),
+        splats: framed(fields, "splats", has_frames),
+        recording: framed(fields, "recording", has_frames),
+        video: video(fields, framed(fields, "video", false), has_frames),
+        live: false,
         report: fields.or("report", plain.report, |at| at.flag()),
         camera: fields.opt("camera", |at| at.table(camera)).flatten(),
     };
     root.opt("output", |at| at.table(read)).flatten().unwrap_or_else(|| plain.clone())
 }
 
-/// `[output.camera]`.
-fn camera(fields: &Fields<'_>) -> CameraSpec {
-    let unit = Limits::between(0.0, 1.0, "");
-    CameraSpec {
-        eye_m: fields.vec3("eye", Limits::any("m")),
-        target_m: fields.vec3("target", Limits::any("m")),
-        up: fields.or("up", [0.0, 0.0, 1.0], |at| at.numbers(Limits::any(""))),
-        field_of_view_deg: fields.num_or("field_of_view", 40.0, Limits::between(1.0, 170.0, "°")),
-        size_px: fields.or("size", [960, 540], |at| at.numbers(Limits::between(16.0, 8192.0, "px")).map(|n| n as u32)),
-        background: fields.or("background", [1.0; 3], |at| at.numbers(unit)),
+/// A film is made from pictures.
+fn video(fields: &Fields<'_>, wanted: bool, has_pictures: bool) -> bool {
+    let pictures = fields.get("pictures");
+    let without = pictures.filter(|at| wanted && has_pictures && matches!(at.node.value, Value::Flag(false)));
+    if let Some(at) = &without {
+        let help = "leave `pictures` away, or set `video = false`".to_owned();
+        at.error("`video` is made from pictures, and there are none".to_owned(), Some(help));
     }
+    wanted && without.is_none()
 }
 
 /// `[run]`.

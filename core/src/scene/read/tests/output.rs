@@ -1,7 +1,7 @@
 //! `[output]`: what a run leaves beside its ledger.
 
 use super::*;
-use crate::scene::{CameraSpec, OutputSpec, Scene};
+use crate::scene::{CameraSpec, CameraStop, CameraTravel, OutputSpec, Scene};
 
 fn scene(clock: &str, output: &str) -> Result<Scene, Vec<Diagnostic>> {
     let body = "[[body]]\nname = \"a\"\nsolver = \"s\"\nmaterial = \"point-mass\"\nmass = 1\npoints = [[0, 0, 0]]\n";
@@ -42,6 +42,7 @@ fn a_camera_needs_a_place_and_a_target() {
         field_of_view_deg: 40.0,
         size_px: [960, 540],
         background: [1.0; 3],
+        travel: CameraTravel::Still,
     };
     assert_eq!(given, wanted);
     assert!(camera("eye = [0, -2, 1]").is_err());
@@ -49,4 +50,41 @@ fn a_camera_needs_a_place_and_a_target() {
         let found = camera(&format!("eye = [0, -2, 1]\ntarget = [0, 0, 0]\n{wrong}")).unwrap_err();
         assert_eq!(found.len(), 1, "{wrong}: {found:?}");
     }
+}
+
+#[test]
+fn a_camera_turns_about_its_target_or_passes_stops() {
+    let camera = |text: &str| scene("fps = 24", &format!("[output.camera]\n{text}"));
+    let travel = |text: &str| camera(text).map(|s| s.output.camera.map(|c| c.travel));
+    let orbit = travel("eye = [0, -2, 1]\ntarget = [0, 0, 0]\norbit = { degrees = -90 }");
+    assert_eq!(orbit, Ok(Some(CameraTravel::Orbit { degrees: -90.0 })));
+    let path = "path = [{ time = 0, eye = [1, 0, 0], target = [0, 0, 0] }, { time = 0.5, eye = [0, 1, 0], target = [0, 0, 1] }]";
+    let given = camera(path).unwrap().output.camera.unwrap();
+    assert_eq!((given.eye_m, given.target_m), ([1.0, 0.0, 0.0], [0.0; 3]), "its first stop");
+    let last = CameraStop { time_s: 0.5, eye_m: [0.0, 1.0, 0.0], target_m: [0.0, 0.0, 1.0] };
+    assert!(matches!(given.travel, CameraTravel::Path { stops } if stops.len() == 2 && stops[1] == last));
+    let stop = "eye = [1, 0, 0], target = [0, 0, 0]";
+    for (wrong, word) in [
+        (format!("{path}\neye = [0, 0, 1]"), "exclude each other"),
+        (format!("{path}\norbit = {{ degrees = 3 }}"), "exclude each other"),
+        (format!("path = [{{ time = 0, {stop} }}]"), "at least two stops, but has 1"),
+        ("path = []".to_owned(), "at least two stops, but has 0"),
+        ("path = 3".to_owned(), "must be a list"),
+        (format!("path = [{{ time = 1, {stop} }}, {{ time = 1, {stop} }}]"), "here at 1 s"),
+        (format!("path = [{{ time = -1, {stop} }}, {{ time = 1, {stop} }}]"), "`time` must be"),
+        ("eye = [1, 0, 0]\ntarget = [0, 0, 0]\norbit = { degrees = 1e6 }".to_owned(), "`degrees` must be"),
+    ] {
+        let found = camera(&wrong).unwrap_err();
+        assert!(found.len() == 1 && found[0].message.contains(word), "{wrong}: {found:?}");
+    }
+}
+
+#[test]
+fn a_film_is_asked_for_and_made_from_pictures() {
+    let video = |clock: &str, output: &str| scene(clock, &format!("[output]\n{output}")).map(|s| s.output.video);
+    assert_eq!(video("fps = 24", ""), Ok(false));
+    assert_eq!(video("fps = 24", "video = true"), Ok(true));
+    let found = video("fps = 24", "video = true\npictures = false").unwrap_err();
+    assert!(found.len() == 1 && found[0].message.contains("made from pictures"), "{found:?}");
+    assert!(video("", "video = true").unwrap_err()[0].message.contains("`video` needs frames"));
 }
