@@ -1,6 +1,7 @@
-//! Gaussians for bodies that were never captured: flat ones on their surface, round ones at particles.
+//! Gaussians for bodies that were never captured: flat ones on their surface or cloth, round ones at particles.
 
 mod dots;
+mod fabric;
 mod light;
 
 use nalgebra::{Matrix3, Vector3};
@@ -9,6 +10,7 @@ use crate::linalg::{perpendicular, quaternion_of};
 use crate::splats::{Axes, Splats, dc_of_colour, logit_of_opacity};
 
 pub use dots::dots;
+pub use fabric::{Fabric, fabric};
 pub use light::{Light, display_of_linear, grained, linear_of_display, lit};
 
 /// Standard deviation along the surface, in units of the square root of a sample's area. At 0.6 a lattice of samples
