@@ -1,5 +1,6 @@
 //! The command line.
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -11,6 +12,7 @@ use crate::command::man::ManArgs;
 use crate::command::new::NewArgs;
 use crate::command::report::ReportArgs;
 use crate::command::splat::SplatArgs;
+use crate::viewer::parse_address;
 
 /// Exit codes as the help lists them.
 pub(crate) const EXIT_CODES: &str = "\
@@ -47,6 +49,9 @@ Examples:
   cosplat run two-tops --solver top=rigid        another plugin for a body
   cosplat run my-scene.toml --checkpoint-every 0.5
   cosplat run --resume out/oscillator           goes on where that was stopped or killed
+  cosplat run plant-and-rock --live             watch it in a rerun viewer
+  cosplat run plant-and-rock --serve            watch it in a browser on this machine
+  cosplat run plant-and-rock --set output.video=true
   cosplat run oscillator --format json | jq .state_hash";
 
 const CHECK_EXAMPLES: &str = "\
@@ -122,6 +127,9 @@ pub(crate) struct SceneArgs {
     /// Threads for the solvers of one level; never changes a result
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
+    /// Whether frames are shown while the run goes on; `run` says so.
+    #[arg(skip)]
+    pub(crate) live: bool,
 }
 
 /// `cosplat run`.
@@ -142,6 +150,12 @@ pub(crate) struct RunArgs {
     /// Go on with a run that was stopped or killed, from the newest checkpoint in its folder
     #[arg(long, value_name = "DIR", conflicts_with_all = ["scene", "set", "solver", "out"])]
     pub(crate) resume: Option<PathBuf>,
+    /// Show the run in a rerun viewer while it goes on: in the one that listens at ADDR on this machine, or in a window
+    #[arg(long, value_name = "ADDR", num_args = 0..=1, require_equals = true, value_parser = parse_address)]
+    pub(crate) live: Option<Option<SocketAddr>>,
+    /// Show the run to a browser on this machine while it goes on
+    #[arg(long, conflicts_with = "live")]
+    pub(crate) serve: bool,
     /// Form of the summary on standard output
     #[arg(long, value_enum, default_value_t)]
     pub(crate) format: Format,

@@ -19,6 +19,7 @@ mod scene_place;
 mod scene_source;
 mod supervise;
 mod verdict;
+mod viewer;
 
 use std::process::ExitCode;
 

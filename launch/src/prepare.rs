@@ -82,6 +82,9 @@ pub(crate) async fn prepare(source: Source, changes: &SceneArgs, paint: Paint) -
     if let Some(threads) = changes.threads {
         scene.run.threads = Some(usize::from(threads));
     }
+    if changes.live {
+        show_live(&mut scene)?;
+    }
     let folder = source.file.as_deref().and_then(Path::parent).unwrap_or(Path::new("")).to_owned();
     let folder = std::path::absolute(&folder).unwrap_or(folder);
     let Decisions { left_out, mut kept } = rigidify(&mut scene, |body| geometry::extent(body, &source));
@@ -98,6 +101,17 @@ pub(crate) async fn prepare(source: Source, changes: &SceneArgs, paint: Paint) -
     plan.left_out.extend(left_out);
     kept.extend(rigidify::of_captures(&scene, |body| geometry.extent(body, &source)));
     Ok(Prepared { source, scene, warnings, plugins, plan, scenes, kept, geometry })
+}
+
+/// Lets frames be shown while the run goes on.
+fn show_live(scene: &mut Scene) -> Result<(), Error> {
+    if scene.clock.frames_per_second.is_none() {
+        let problem = Problem::new(format!("Scene `{}` has no frames to show", scene.name));
+        let problem = problem.because("frames are taken at the rate `clock.fps`, which it does not set");
+        return Err(Error::new(Code::Usage, problem.hint("add `--set clock.fps=24`")));
+    }
+    scene.output.live = true;
+    Ok(())
 }
 
 /// What each process runs, by its name.

@@ -124,7 +124,9 @@ fn what_does_not_change_is_written_once() {
         let found: Vec<_> = jelly.iter().filter(has).collect();
         (found.len(), found.iter().all(|c| c.is_static()))
     };
-    assert_eq!(with("GaussianSplats3D:colors"), (1, true));
+    assert_eq!(with("GaussianSplats3D:colors"), (1, false));
+    assert_eq!(with("GaussianSplats3D:scales"), (1, false));
+    assert_eq!(with("GaussianSplats3D:quaternions"), (1, false));
     assert_eq!(with("GaussianSplats3D:sh_coefficients"), (1, true));
     assert_eq!(with("GaussianSplats3D:centers"), (4, false));
 }

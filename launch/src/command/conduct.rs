@@ -21,6 +21,7 @@ use crate::prepare::Prepared;
 use crate::progress::Progress;
 use crate::supervise::usage::Usage;
 use crate::supervise::{Ended, News};
+use crate::viewer::Viewer;
 
 /// A run that has begun: what is written while it goes on, and what is known about it at its end.
 pub(super) struct Conduct<'a> {
@@ -78,10 +79,10 @@ impl<'a> Conduct<'a> {
     }
 
     /// What takes the frames, where the plan has any.
-    pub(super) fn recorder_of_frames(&mut self) -> Result<Option<FrameRecorder>, Error> {
+    pub(super) fn recorder_of_frames(&mut self, viewer: Option<&Viewer>) -> Result<Option<FrameRecorder>, Error> {
         let Prepared { scene, plan, geometry, .. } = self.prepared;
-        let (Some(recorder), Some(frames_per_second), Some(camera)) =
-            (plan.recorder, scene.clock.frames_per_second, geometry.camera)
+        let (Some(recorder), Some(frames_per_second), Some(shot)) =
+            (plan.recorder, scene.clock.frames_per_second, geometry.shot.clone())
         else {
             return Ok(None);
         };
@@ -96,7 +97,8 @@ impl<'a> Conduct<'a> {
             output: scene.output.clone(),
             frames_per_second,
             windows_per_frame: recorder.windows_per_frame,
-            camera,
+            shot,
+            live: viewer.map(|v| v.to),
             drawn: geometry.drawn.clone(),
             rows,
         };

@@ -60,6 +60,7 @@ impl Earlier {
             set: list(&record, "overrides"),
             solver: list(&record, "solvers").iter().filter_map(|s| s.split_once('=')).map(owned).collect(),
             threads: threads.or_else(|| before.and_then(|n| u16::try_from(n).ok())),
+            live: false,
         };
         Ok(Self { started: word(&["run", "started"])?, folder, source, changes })
     }

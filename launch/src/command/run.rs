@@ -10,7 +10,7 @@ use cosplat_core::scene::Scene;
 
 use super::conduct::Conduct;
 use super::resume::Earlier;
-use crate::cli::{Format, RunArgs};
+use crate::cli::{Format, RunArgs, SceneArgs};
 use crate::exit::{Code, Error};
 use crate::folder::checkpoints::{Checkpoints, TakenUp};
 use crate::folder::report::Sources;
@@ -24,6 +24,7 @@ use crate::report;
 use crate::scene_source::{self, DEFAULT};
 use crate::supervise::signals::Signals;
 use crate::supervise::{self, Job};
+use crate::viewer::{Viewer, Wish};
 
 /// Runs a scene.
 ///
@@ -36,6 +37,8 @@ pub(crate) async fn run(args: &RunArgs, signals: &mut Signals) -> Result<Code, E
         Some(earlier) => (earlier.source.clone(), earlier.changes.clone()),
         None => (scene_source::load(args.scene.as_deref().unwrap_or(DEFAULT))?, args.changes.clone()),
     };
+    let wish = Wish::of(args);
+    let changes = SceneArgs { live: matches!(wish, Ok(Some(_))), ..changes };
     let prepared = tokio::select! {
         prepared = prepare(source, &changes, Paint::stderr()) => prepared?,
         _ = signals.next() => return Ok(Code::Interrupted),
@@ -54,7 +57,8 @@ pub(crate) async fn run(args: &RunArgs, signals: &mut Signals) -> Result<Code, E
     };
     let sums = taken_up.map(|from| from.sums);
     let mut conduct = Conduct::begin(&changes, &prepared, &folder, checkpoints, sums, started)?;
-    let recorder = conduct.recorder_of_frames()?;
+    let viewer = show(wish, &progress);
+    let recorder = conduct.recorder_of_frames(viewer.as_ref())?;
     let job = Job {
         plan: &prepared.plan,
         scenes: prepared.scenes.clone(),
@@ -66,6 +70,7 @@ pub(crate) async fn run(args: &RunArgs, signals: &mut Signals) -> Result<Code, E
     };
     let ended = supervise::run(job, signals, &mut |news| conduct.hear(news, &mut progress)).await;
     progress.finish();
+    drop(viewer);
     let resumable = conduct.checkpoints.as_ref().and_then(|kept| kept.newest);
     let (summary, error, frames) = conduct.end(ended);
     let json = json(&summary)?;
@@ -127,6 +132,26 @@ fn course(args: &RunArgs, earlier: Option<Earlier>, prepared: &Prepared) -> Resu
     let folder = RunFolder::claim(&path)?;
     let checkpoints = every.map(|every| Checkpoints::begin(&folder, every, &prepared.commands())).transpose()?;
     Ok(Course { folder, checkpoints, taken_up: None, started: None })
+}
+
+/// Opens what the run is shown in. Nothing about it is a reason not to run.
+fn show(wish: Result<Option<Wish>, String>, progress: &Progress) -> Option<Viewer> {
+    let viewer = wish.and_then(|wish| {
+        let opened = wish.map(|wish| wish.open()).transpose();
+        opened.map_err(|e| format!("the viewer cannot be opened: {e}; the run goes on without"))
+    });
+    match viewer {
+        Ok(viewer) => {
+            if let Some(viewer) = &viewer {
+                progress.say("live", &viewer.says);
+            }
+            viewer
+        }
+        Err(why) => {
+            progress.warn(&why);
+            None
+        }
+    }
 }
 
 /// Simulated time of all windows \[s\].

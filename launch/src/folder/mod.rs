@@ -42,6 +42,8 @@ pub(crate) const REPORT: &str = "report.html";
 pub(crate) const PICTURES: &str = "frames";
 /// All pictures as one animation.
 pub(crate) const PREVIEW: &str = "preview.png";
+/// All pictures as a film.
+pub(crate) const VIDEO: &str = "video.mp4";
 /// Each frame as a splat file.
 pub(crate) const SPLATS: &str = "splats";
 /// Gaussians, particles, impulses and curves over time.
@@ -186,7 +188,7 @@ fn remove_old(path: &Path) -> io::Result<()> {
     for folder in [PICTURES, SPLATS, CHECKPOINTS] {
         absent_is_fine(fs::remove_dir_all(path.join(folder)))?;
     }
-    for name in [SUMMARY, REPORT, PREVIEW, RECORDING, LEDGER, PROBES, TRACE, RUN] {
+    for name in [SUMMARY, REPORT, PREVIEW, VIDEO, RECORDING, LEDGER, PROBES, TRACE, RUN] {
         absent_is_fine(fs::remove_file(path.join(name)))?;
     }
     Ok(())

@@ -13,7 +13,7 @@ use super::ledger::Ledger;
 use super::probes::{self, Probes};
 use super::tally::Tally;
 use super::trace::Trace;
-use super::{LEDGER, PICTURES, PREVIEW, PROBES, RECORDING, RUN, RunFolder, SPLATS, SUMMARY, TRACE};
+use super::{LEDGER, PICTURES, PREVIEW, PROBES, RECORDING, RUN, RunFolder, SPLATS, SUMMARY, TRACE, VIDEO};
 use crate::exit::{Code, Error, Problem};
 use crate::frames::Frames;
 
@@ -153,6 +153,7 @@ impl<'a> Recorder<'a> {
         let mut all = self.plan.left_out.clone();
         all.extend(self.tally.left_out.iter().cloned());
         all.extend(probes::unanswered(self.plan, &self.scene.probes));
+        all.extend(self.frames.iter().flat_map(|frames| frames.left_out.iter().cloned()));
         if self.trace.as_ref().is_some_and(Trace::is_full) {
             all.push(LeftOut {
                 what: format!("later windows in `{TRACE}`"),
@@ -198,6 +199,7 @@ impl Recorder<'_> {
         let all = [
             (!frames.pictures.is_empty(), "pictures", PICTURES),
             (!frames.pictures.is_empty(), "preview", PREVIEW),
+            (frames.has_film, "video", VIDEO),
             (!frames.splats.is_empty(), "splats", SPLATS),
             (output.recording, "recording", RECORDING),
         ];

@@ -1,11 +1,16 @@
 //! Bodies as Gaussians: a capture that its particles deform, a surface that its pose carries, particles themselves.
 
+use cosplat_core::boundary::Vec3;
 use cosplat_core::visual::VisualState;
 use cosplat_splat::bind::Frame;
 use cosplat_splat::skin::Limits;
 use cosplat_splat::stage::{Shown, Staged};
-use cosplat_splat::surfel::{Light, Sample, dots, lit};
-use cosplat_splat::{OutputFrame, Splats};
+use cosplat_splat::surfel::{Fabric, Light, Sample, dots, fabric, lit};
+use cosplat_splat::{Axes, OutputFrame, Similarity, Splats};
+use cosplat_viewer::Gaussians;
+use nalgebra::Vector3;
+
+use super::moment::{self, Item};
 
 /// Standard deviations grow at most by this in a deformation: a particle that tore loose must not smear over the picture.
 const STRETCH: f64 = 4.0;
@@ -28,8 +33,31 @@ pub(crate) enum Look {
     Capture(Box<Staged>),
     /// Samples of its surface, in its own frame.
     Surface(Vec<Sample>),
+    /// A cloth whose vertices are its particles.
+    Cloth(Cloth),
     /// Its particles: their spacing \[m\] and colour, linear RGB.
     Dots(f64, [f64; 3]),
+}
+
+/// A cloth as it is drawn.
+#[derive(Clone, Debug)]
+pub(crate) struct Cloth {
+    /// Its vertices in its own frame \[m\], in the order in which its solver shows them.
+    pub(crate) rest: Vec<Vec3>,
+    /// What is between them.
+    pub(crate) fabric: Fabric,
+    /// Distance of the vertices \[m\] and colour, linear RGB, for a solver that shows other ones.
+    pub(crate) dots: (f64, [f64; 3]),
+}
+
+impl Cloth {
+    /// Whether these particles at t = 0 are its vertices: a solver may cut a plain sheet in its own way.
+    fn is_of(&self, pose: &Frame, position: &[Vec3]) -> bool {
+        let near = |(rest, now): (&Vec3, &Vec3)| {
+            (pose.point(Vector3::from(*rest)) - Vector3::from(*now)).norm() < 0.5 * self.dots.0
+        };
+        self.rest.len() == position.len() && self.rest.iter().zip(position).all(near)
+    }
 }
 
 impl Drawn {
@@ -38,6 +66,7 @@ impl Drawn {
         match &self.look {
             Look::Capture(staged) => staged.splats.len() as u64,
             Look::Surface(samples) => samples.len() as u64,
+            Look::Cloth(cloth) => cloth.rest.len() as u64,
             Look::Dots(..) => 0,
         }
     }
@@ -50,10 +79,12 @@ pub(super) struct Player<'a> {
     light: Light,
     /// Of a capture: how it stood at the first frame.
     shown: Option<Shown<'a>>,
+    /// Of a cloth: whether its solver shows the vertices that were prepared.
+    is_woven: bool,
     /// Its Gaussians now.
     pub(super) splats: Splats,
     /// Whether anything about them changed in the last frame.
-    pub(super) has_moved: bool,
+    has_moved: bool,
     last: Option<VisualState>,
 }
 
@@ -62,9 +93,9 @@ impl<'a> Player<'a> {
         let light = Light::default();
         let splats = match &body.look {
             Look::Surface(samples) => lit(samples, &body.pose, &light, &frame),
-            Look::Capture(_) | Look::Dots(..) => Splats::default(),
+            Look::Capture(_) | Look::Cloth(_) | Look::Dots(..) => Splats::default(),
         };
-        Self { body, frame, light, shown: None, splats, has_moved: true, last: None }
+        Self { body, frame, light, shown: None, is_woven: false, splats, has_moved: true, last: None }
     }
 
     /// Name of the body.
@@ -73,7 +104,7 @@ impl<'a> Player<'a> {
     }
 
     /// Whether no solver moves it.
-    pub(super) fn is_still(&self) -> bool {
+    fn is_still(&self) -> bool {
         self.last.is_none()
     }
 
@@ -102,6 +133,18 @@ impl<'a> Player<'a> {
                 let pose = Frame::of_pose(*position, *orientation).map_err(|e| wrong(e.to_string()))?;
                 self.splats = lit(samples, &pose, &self.light, &self.frame);
             }
+            (Look::Cloth(cloth), VisualState::Particles { position, gradient }) => {
+                if self.last.is_none() {
+                    self.is_woven = cloth.is_of(&self.body.pose, position);
+                }
+                let (spacing, colour) = cloth.dots;
+                let made = if self.is_woven {
+                    fabric(position, &cloth.fabric, &self.light, &self.frame)
+                } else {
+                    dots(position, gradient, spacing, colour, &self.frame)
+                };
+                self.splats = made.map_err(|e| wrong(e.to_string()))?;
+            }
             (Look::Dots(spacing, colour), VisualState::Particles { position, gradient }) => {
                 let made = dots(position, gradient, *spacing, *colour, &self.frame);
                 self.splats = made.map_err(|e| wrong(e.to_string()))?;
@@ -110,5 +153,61 @@ impl<'a> Player<'a> {
         }
         self.last = Some(state.clone());
         Ok(())
+    }
+
+    /// What a recording is given of it at a frame, by entity: all of it at the first, then what has moved.
+    pub(super) fn items(&self, is_first: bool) -> Vec<(String, Item)> {
+        if !is_first && (self.is_still() || !self.has_moved) {
+            return Vec::new();
+        }
+        let name = self.name();
+        let (seen, felt) = (format!("world/{name}"), format!("world/boundary/{name}"));
+        match (&self.body.look, &self.last) {
+            (Look::Surface(samples), Some(VisualState::Pose { position, orientation })) => {
+                let pose = || Item::Pose(*position, *orientation);
+                let mut items = vec![(format!("{seen}/surface"), Item::Fixed(self.in_own_frame(samples)))];
+                items.push((
+                    format!("{felt}/samples"),
+                    Item::FixedDots(moment::dots(samples.iter().map(|s| s.position))),
+                ));
+                items.truncate(if is_first { 2 } else { 0 });
+                items.extend([(seen, pose()), (felt, pose())]);
+                items
+            }
+            (_, None) => vec![(seen, Item::Fixed(self.in_world()))],
+            (_, Some(VisualState::Particles { position, .. })) => {
+                let points = moment::dots(position.iter().map(|p| p.map(|v| v as f32)));
+                vec![(seen, Item::Moving(self.in_world())), (felt, Item::Dots(points))]
+            }
+            (_, Some(VisualState::Pose { .. })) => vec![(seen, Item::Moving(self.in_world()))],
+        }
+    }
+
+    /// Its Gaussians now, in the world.
+    fn in_world(&self) -> Splats {
+        let mut splats = self.splats.clone();
+        self.frame.from_world.inverse().apply(&mut splats, Axes::Scene);
+        splats
+    }
+
+    /// Its surface in its own frame, in the light in which it stands at t = 0: a pose alone moves it in a recording.
+    fn in_own_frame(&self, samples: &[Sample]) -> Splats {
+        let mut splats = lit(samples, &self.body.pose, &self.light, &OutputFrame::world());
+        Similarity::from(self.body.pose).inverse().apply(&mut splats, Axes::Scene);
+        splats
+    }
+}
+
+/// Gaussians as the viewer takes them.
+pub(super) fn borrowed(splats: &Splats) -> Gaussians<'_> {
+    Gaussians {
+        positions: &splats.positions,
+        rotations: &splats.rotations,
+        log_scales: &splats.log_scales,
+        opacity_logits: &splats.opacity_logits,
+        sh_dc: &splats.sh_dc,
+        sh_rest: &splats.sh_rest,
+        sh_degree: splats.sh_degree,
+        antialiased: splats.antialiased,
     }
 }

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
+use cosplat_core::plan::LeftOut;
 use cosplat_core::scene::OutputSpec;
-use cosplat_viewer::Camera;
+use cosplat_viewer::Shot;
 
-use super::Drawn;
 use super::rows::Row;
+use super::{Drawn, LiveTo};
 use crate::folder::{PICTURES, SPLATS};
 
 /// What is to be made.
@@ -28,7 +29,9 @@ pub(crate) struct Wanted {
     /// Windows from one frame to the next.
     pub(crate) windows_per_frame: u64,
     /// Where pictures are taken from, in the world.
-    pub(crate) camera: Camera,
+    pub(crate) shot: Shot,
+    /// Where it is shown while the run goes on.
+    pub(crate) live: Option<LiveTo>,
     /// All that is drawn.
     pub(crate) drawn: Vec<Drawn>,
     /// Curves and impulses, as windows are settled.
@@ -44,6 +47,10 @@ pub(crate) struct Frames {
     pub(crate) pictures: Vec<String>,
     /// Splat files, below the run folder, in order.
     pub(crate) splats: Vec<String>,
+    /// Whether there is a film.
+    pub(crate) has_film: bool,
+    /// What could not be made, and why.
+    pub(crate) left_out: Vec<LeftOut>,
     /// Wall time of moving Gaussians \[s\].
     pub(crate) skin_s: f64,
     /// Wall time of drawing and writing pictures \[s\].

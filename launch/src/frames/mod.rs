@@ -5,8 +5,12 @@
 
 mod body;
 mod files;
+mod film;
+mod live;
+mod moment;
 mod opening;
 mod rows;
+mod stage;
 mod worker;
 
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
@@ -20,8 +24,9 @@ use cosplat_core::plugin::{
 };
 use cosplat_core::visual::VisualFrame;
 
-pub(crate) use body::{Drawn, Look};
+pub(crate) use body::{Cloth, Drawn, Look};
 pub(crate) use files::{Frames, Wanted};
+pub(crate) use live::LiveTo;
 pub(crate) use rows::Row;
 use worker::Worker;
 

@@ -4,7 +4,7 @@ use cosplat_core::boundary::{Vec3, add};
 use cosplat_core::control::Done;
 use cosplat_core::ledger::WindowRecord;
 use cosplat_core::plan::Plan;
-use cosplat_viewer::recording::Curves;
+use cosplat_viewer::recording::{Curves, Recording, RecordingError};
 
 /// Plots of a recording, from the top.
 pub(super) const CURVES: [Curves<'static>; 5] = [
@@ -58,6 +58,12 @@ impl Row {
         row
     }
 
+    /// Adds its points to the curves of a recording.
+    pub(super) fn put(&self, recording: &mut Recording) -> Result<(), RecordingError> {
+        let mut points = self.points.iter();
+        points.try_for_each(|(path, value)| recording.series(path, self.window, self.end_s, *value))
+    }
+
     fn point(&mut self, plot: &str, curve: &str, value: f64) {
         self.points.push((format!("curves/{plot}/{curve}"), value));
     }
@@ -69,8 +75,8 @@ pub(super) struct Sums(Vec<(String, Vec3, Vec3)>);
 
 impl Sums {
     /// Adds those of a window; each acts where its body is now.
-    pub(super) fn add(&mut self, impulses: Vec<(String, Vec3, Vec3)>) {
-        for (name, at, impulse) in impulses {
+    pub(super) fn add(&mut self, impulses: &[(String, Vec3, Vec3)]) {
+        for (name, at, impulse) in impulses.iter().cloned() {
             match self.0.iter_mut().find(|(known, ..)| *known == name) {
                 Some((_, place, sum)) => (*place, *sum) = (at, add(*sum, impulse)),
                 None => self.0.push((name, at, impulse)),
@@ -94,8 +100,8 @@ mod tests {
     fn impulses_between_two_frames_add_up_where_the_body_is_last() {
         let mut sums = Sums::default();
         let named = |at: f64, j: f64| vec![("a~b".to_owned(), [at, 0.0, 0.0], [0.0, 0.0, j])];
-        sums.add(named(1.0, 0.25));
-        sums.add(named(2.0, 0.5));
+        sums.add(&named(1.0, 0.25));
+        sums.add(&named(2.0, 0.5));
         assert_eq!(sums.take(), named(2.0, 0.75));
         assert_eq!(sums.take(), named(2.0, 0.0), "an arrow that is over is drawn with no length");
     }

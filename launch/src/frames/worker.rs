@@ -3,31 +3,31 @@
 use std::fs::{self, File};
 use std::io::ErrorKind;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
-use cosplat_core::visual::{VisualFrame, VisualState};
-use cosplat_splat::{Axes, OutputFrame, Splats, format, merge};
-use cosplat_viewer::recording::{Layout, Recording};
-use cosplat_viewer::{Camera, Gaussians, Options, Picture, Preview, PreviewOptions, View, png, render};
+use cosplat_core::visual::VisualFrame;
+use cosplat_splat::{OutputFrame, Splats, format, merge};
+use cosplat_viewer::recording::Recording;
+use cosplat_viewer::{Camera, Gaussians, Picture, Preview, PreviewOptions, png, render};
 use nalgebra::Vector3;
 
 use super::Order;
-use super::body::{Look, Player};
+use super::body::{Look, Player, borrowed};
 use super::files::{Frames, Wanted, picture, splats};
-use super::rows::{CURVES, Sums};
+use super::film::film;
+use super::live::Live;
+use super::moment::Item;
+use super::rows::Sums;
+use super::stage::{Stage, options};
 use crate::folder::{PICTURES, PREVIEW, SPLATS};
-
-/// Length of an arrow for an impulse \[m/(N s)\].
-const ARROW: f64 = 0.2;
-/// Radius of a boundary particle in a recording \[m\]; the viewer can show them larger.
-const DOT_M: f32 = 0.001;
-const DOT_COLOUR: [u8; 4] = [255, 160, 40, 255];
 
 /// Everything that turns frames into files.
 pub(super) struct Worker {
     wanted: Wanted,
     recording: Option<Recording>,
+    live: Option<Live>,
     preview: Preview,
     sums: Sums,
     done: Frames,
@@ -46,17 +46,11 @@ impl Worker {
                 make_folder(&wanted.folder.join(folder))?;
             }
         }
-        let background = Options::default().with_linear_background(linear(output)).background;
-        let layout = Layout {
-            scene: &wanted.scene,
-            run: &wanted.run,
-            up: wanted.camera.up,
-            camera: Some(&wanted.camera),
-            background,
-            curves: &CURVES,
-        };
-        let recording = output.recording.then(|| Recording::create(&wanted.folder.join(&wanted.recording), &layout));
+        let stage = Stage::new(&wanted);
+        let place = wanted.folder.join(&wanted.recording);
+        let recording = output.recording.then(|| Recording::create(&place, &stage.layout()));
         let recording = recording.transpose().map_err(|e| e.to_string())?;
+        let live = wanted.live.map(|to| Live::start(to, stage)).transpose()?;
         let preview = Preview::new(PreviewOptions {
             pictures_per_second: wanted.frames_per_second.round().clamp(1.0, 100.0) as u16,
             ..PreviewOptions::default()
@@ -64,6 +58,7 @@ impl Worker {
         Ok(Self {
             wanted,
             recording,
+            live,
             preview,
             sums: Sums::default(),
             done: Frames::default(),
@@ -82,7 +77,6 @@ impl Worker {
         });
         let frame = first.unwrap_or_else(OutputFrame::world);
         let mut players: Vec<Player<'_>> = drawn.iter().map(|d| Player::new(d, frame)).collect();
-        let view = seen_from(&self.wanted.camera, &frame).view().map_err(|e| e.to_string())?;
         for order in orders {
             let visual = match order {
                 Order::Take(visual) => visual,
@@ -102,9 +96,9 @@ impl Worker {
             let began = Instant::now();
             follow(&mut players, &visual)?;
             self.done.skin_s += began.elapsed().as_secs_f64();
-            self.draw(&players, &view, visual.number)?;
+            self.draw(&players, &frame, &visual)?;
             self.write(&players, visual.number)?;
-            self.record(&players, &frame, &visual)?;
+            self.record(&players, &visual)?;
             self.done.taken += 1;
         }
         self.finish()
@@ -145,15 +139,15 @@ impl Worker {
         }
     }
 
-    fn draw(&mut self, players: &[Player<'_>], view: &View, number: u64) -> Result<(), String> {
+    fn draw(&mut self, players: &[Player<'_>], frame: &OutputFrame, visual: &VisualFrame) -> Result<(), String> {
         if !self.wanted.output.pictures {
             return Ok(());
         }
         let began = Instant::now();
+        let view = seen_from(&self.wanted.shot.at(visual.time_s), frame).view().map_err(|e| e.to_string())?;
         let sets: Vec<Gaussians<'_>> = players.iter().map(|p| borrowed(&p.splats)).collect();
-        let options = Options::default().with_linear_background(linear(&self.wanted.output));
-        let drawn = render(&sets, view, &options);
-        let name = picture(number);
+        let drawn = render(&sets, &view, &options(&self.wanted.output));
+        let name = picture(visual.number);
         png::write(&self.wanted.folder.join(&name), &drawn).map_err(|e| e.to_string())?;
         self.preview.push(&drawn).map_err(|e| e.to_string())?;
         self.note(&name);
@@ -177,35 +171,26 @@ impl Worker {
         Ok(())
     }
 
-    fn record(&mut self, players: &[Player<'_>], frame: &OutputFrame, visual: &VisualFrame) -> Result<(), String> {
-        let Some(recording) = &mut self.recording else { return Ok(()) };
-        let is_first = !std::mem::replace(&mut self.has_recorded, true);
+    fn record(&mut self, players: &[Player<'_>], visual: &VisualFrame) -> Result<(), String> {
+        if self.recording.is_none() && self.live.is_none() {
+            return Ok(());
+        }
         let began = Instant::now();
-        let to_world = frame.from_world.inverse();
-        let mut add = || {
-            recording.frame(visual.number * self.wanted.windows_per_frame, visual.time_s);
-            for player in players.iter().filter(|p| p.has_moved || is_first) {
-                let mut world = player.splats.clone();
-                to_world.apply(&mut world, Axes::Scene);
-                let entity = format!("world/{}", player.name());
-                if player.is_still() {
-                    recording.static_splats(&entity, &borrowed(&world))?;
-                } else {
-                    recording.splats(&entity, &borrowed(&world))?;
-                }
-            }
-            for (name, state) in &visual.bodies {
-                if let VisualState::Particles { position, .. } = state {
-                    let points: Vec<[f32; 3]> = position.iter().map(|p| p.map(|v| v as f32)).collect();
-                    recording.points(&format!("world/boundary/{name}"), &points, &[DOT_COLOUR], &[DOT_M])?;
-                }
-            }
-            for (name, at, impulse) in self.sums.take() {
-                recording.arrow(&format!("world/impulse/{name}"), at, impulse.map(|j| j * ARROW))?;
-            }
-            recording.flush()
-        };
-        add().map_err(|e| e.to_string())?;
+        let is_first = !std::mem::replace(&mut self.has_recorded, true);
+        let impulses = self.sums.take().into_iter();
+        let impulses = impulses.map(|(name, at, j)| (format!("world/impulse/{name}"), Item::Impulse(at, j)));
+        let seen = players.iter().flat_map(|p| p.items(is_first));
+        let items: Vec<(String, Arc<Item>)> = seen.chain(impulses).map(|(name, item)| (name, Arc::new(item))).collect();
+        let window = visual.number * self.wanted.windows_per_frame;
+        if let Some(live) = &self.live {
+            live.frame(window, visual.time_s, &items);
+        }
+        if let Some(recording) = &mut self.recording {
+            recording.frame(window, visual.time_s);
+            let mut each = items.iter();
+            let put = each.try_for_each(|(entity, item)| item.put(recording, entity, usize::MAX));
+            put.and_then(|()| recording.flush()).map_err(|e| e.to_string())?;
+        }
         self.done.record_s += began.elapsed().as_secs_f64();
         Ok(())
     }
@@ -213,12 +198,14 @@ impl Worker {
     /// Takes what has been settled by now.
     fn take_rows(&mut self) -> Result<(), String> {
         while let Ok(row) = self.wanted.rows.try_recv() {
+            let row = Arc::new(row);
             if let Some(recording) = &mut self.recording {
-                let mut points = row.points.iter();
-                let added = points.try_for_each(|(path, value)| recording.series(path, row.window, row.end_s, *value));
-                added.map_err(|e| e.to_string())?;
+                row.put(recording).map_err(|e| e.to_string())?;
             }
-            self.sums.add(row.impulses);
+            if let Some(live) = &self.live {
+                live.row(&row);
+            }
+            self.sums.add(&row.impulses);
         }
         Ok(())
     }
@@ -230,6 +217,15 @@ impl Worker {
         }
         if let Some(recording) = self.recording {
             recording.finish().map_err(|e| e.to_string())?;
+        }
+        if self.wanted.output.video && !self.done.pictures.is_empty() {
+            match film(&self.wanted.folder, self.wanted.frames_per_second) {
+                Ok(()) => self.done.has_film = true,
+                Err(left_out) => self.done.left_out.push(left_out),
+            }
+        }
+        if let Some(live) = self.live {
+            live.finish();
         }
         Ok(self.done)
     }
@@ -248,23 +244,6 @@ fn make_folder(path: &Path) -> Result<(), String> {
     match fs::create_dir(path) {
         Err(e) if e.kind() != ErrorKind::AlreadyExists => Err(format!("cannot create `{}`: {e}", path.display())),
         _ => Ok(()),
-    }
-}
-
-fn linear(output: &cosplat_core::scene::OutputSpec) -> [f64; 3] {
-    output.camera.as_ref().map_or([1.0; 3], |c| c.background)
-}
-
-fn borrowed(splats: &Splats) -> Gaussians<'_> {
-    Gaussians {
-        positions: &splats.positions,
-        rotations: &splats.rotations,
-        log_scales: &splats.log_scales,
-        opacity_logits: &splats.opacity_logits,
-        sh_dc: &splats.sh_dc,
-        sh_rest: &splats.sh_rest,
-        sh_degree: splats.sh_degree,
-        antialiased: splats.antialiased,
     }
 }
 

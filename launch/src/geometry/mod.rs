@@ -4,6 +4,7 @@
 
 mod camera;
 mod capture;
+mod cloth;
 mod files;
 mod primitive;
 mod shape;
@@ -18,7 +19,7 @@ use cosplat_core::plugin::SolverScene;
 use cosplat_core::scene::{Body, Material, Pose, Scene, Source, StaticCollider};
 use cosplat_core::visual::VisualForm;
 use cosplat_splat::bind::Frame;
-use cosplat_viewer::Camera;
+use cosplat_viewer::Shot;
 
 use crate::frames::{Drawn, Look};
 use crate::scene_source;
@@ -34,7 +35,7 @@ pub(crate) struct Geometry {
     /// What is drawn, in the order of the scene.
     pub(crate) drawn: Vec<Drawn>,
     /// Where pictures are taken from, where there are any.
-    pub(crate) camera: Option<Camera>,
+    pub(crate) shot: Option<Shot>,
     /// What people should know about how it was made: body, words.
     pub(crate) notes: Vec<(String, String)>,
 }
@@ -82,10 +83,9 @@ impl Geometry {
             geometry.take(&wall.name, &wall.pose, made, &mut refused, "static");
         }
         if scene.output.draws() {
-            let camera = camera::camera(scene, &geometry.drawn);
-            match camera.view() {
-                Ok(_) => geometry.camera = Some(camera),
-                Err(e) => refused.push(Refusal { what: "output".to_owned(), why: format!("its camera: {e}") }),
+            match camera::shot(scene, &geometry.drawn) {
+                Ok(shot) => geometry.shot = Some(shot),
+                Err(why) => refused.push(Refusal { what: "output".to_owned(), why }),
             }
         }
         if refused.is_empty() { Ok(geometry) } else { Err(refused) }
@@ -144,6 +144,11 @@ impl Maker<'_> {
             Source::Mesh { .. } if is_rigid => self.rigid_mesh(&body.source, body.spacing_m, colour),
             Source::Mesh { .. } => self.filled_mesh(body, colour),
             _ if !self.draws || visual.is_none() => Ok(Made { asset: None, look: None, notes: Vec::new() }),
+            Source::Plane { size_m: Some(size) } if matches!(body.material, Material::Cloth { .. }) => {
+                let mesh = cloth::rectangle(*size, body.spacing_m);
+                let look = mesh.map_or_else(|| Look::Dots(shape::spacing(body), colour), |m| cloth::look(&m, colour));
+                Ok(Made { asset: None, look: Some(look), notes: Vec::new() })
+            }
             source if is_rigid => {
                 Ok(Made { asset: None, look: shape::look(source, body.spacing_m, colour)?, notes: Vec::new() })
             }

@@ -8,7 +8,7 @@ use cosplat_mesh::{MeshError, Prepared, Recipe, Report, fill, surface_samples};
 use cosplat_splat::surfel::grained;
 
 use super::up::{axis, stated_or};
-use super::{Made, Maker, files, primitive};
+use super::{Made, Maker, cloth, files, primitive};
 use crate::frames::Look;
 
 /// Samples of a surface that is drawn, about: enough for a smooth outline, few enough to be redrawn at every frame.
@@ -36,8 +36,7 @@ impl Maker<'_> {
     /// A mesh whose vertices are what moves: cloth.
     pub(super) fn sheet(&self, body: &Body, colour: [f64; 3]) -> Result<Made, String> {
         let prepared = self.mesh(&body.source)?;
-        let vertices = prepared.mesh.vertices_m.len().max(1) as f64;
-        let look = self.draws.then(|| Look::Dots((prepared.report.area_m2 / vertices).sqrt(), colour));
+        let look = self.draws.then(|| cloth::look(&prepared.mesh, colour));
         Ok(Made { asset: Some(Asset::Mesh(prepared.mesh)), look, notes: notes(&prepared.report) })
     }
 

@@ -74,6 +74,11 @@ impl Candidate {
     }
 }
 
+/// An executable beside this program or on `PATH`.
+pub(crate) fn on_path(name: &str) -> Option<PathBuf> {
+    Places::of_this_program().executable(name)
+}
+
 /// Folders in which executables are looked for, in order.
 #[derive(Clone, Debug)]
 pub(crate) struct Places(Vec<PathBuf>);
@@ -87,6 +92,11 @@ impl Places {
         Self(beside.into_iter().chain(std::env::split_paths(&path)).filter(|p| p.is_absolute()).collect())
     }
 
+    /// An executable of that name.
+    fn executable(&self, name: &str) -> Option<PathBuf> {
+        self.0.iter().map(|folder| folder.join(name)).find(|p| is_executable(p))
+    }
+
     /// The plugin of that name.
     ///
     /// # Errors
@@ -95,8 +105,7 @@ impl Places {
         if built_in::names().any(|n| n == name) {
             return Candidate::built_in(name);
         }
-        let path = self.0.iter().map(|folder| folder.join(format!("{PREFIX}{name}"))).find(|p| is_executable(p));
-        if let Some(path) = path {
+        if let Some(path) = self.executable(&format!("{PREFIX}{name}")) {
             return Ok(Candidate::file(name.to_owned(), path));
         }
         let files = self.files();

@@ -22,7 +22,8 @@ const EXAMPLES: &str = "\
 Examples:
   cosplat splat info capture.ply                is it what it should be? which way is up? how large?
   cosplat splat convert capture.sog capture.ply
-  cosplat splat render capture.spz capture.png --eye 0,0.4,2 --size 1280x720";
+  cosplat splat render capture.spz capture.png --eye 0,0.4,2 --size 1280x720
+  cosplat splat render capture.spz around.png --orbit 36 --size 480x360";
 
 /// Largest file that is read: larger captures do not fit into memory with what is made of them.
 const LARGEST_BYTES: u64 = 4 << 30;

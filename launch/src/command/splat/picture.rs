@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use cosplat_splat::clean::{Rules, clean};
 use cosplat_splat::{Axes, Splats};
-use cosplat_viewer::{Camera, Gaussians, Options, png, render as draw};
+use cosplat_viewer::{Camera, Gaussians, Options, Preview, PreviewOptions, Shot, Travel, png, render as draw};
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -22,6 +22,11 @@ const LARGEST_PX: usize = 8192;
 const MARGIN: f64 = 1.1;
 /// Nearest distance that is drawn, as a part of the distance to the target.
 const NEAR: f64 = 0.01;
+
+/// Pictures of an orbit at most.
+const MOST_PICTURES: i64 = 720;
+/// An orbit is played at this rate \[1/s\].
+const PER_SECOND: u16 = 25;
 
 /// `cosplat splat render`.
 #[derive(Clone, Debug, Args)]
@@ -50,6 +55,9 @@ pub(crate) struct RenderArgs {
     /// Colour behind everything, red, green and blue in display values from 0 to 1
     #[arg(long, value_name = "R,G,B", value_parser = vector, default_value = "1,1,1")]
     pub(crate) background: [f64; 3],
+    /// Take this many pictures on a circle around the target and about what is up, as an animated PNG
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(2..=MOST_PICTURES))]
+    pub(crate) orbit: Option<u16>,
     /// Form of the answer on standard output
     #[arg(long, value_enum, default_value_t)]
     pub(crate) format: Format,
@@ -66,6 +74,7 @@ struct Drawn {
     up: [f64; 3],
     field_of_view_deg: f64,
     gaussians: usize,
+    pictures: u16,
 }
 
 /// Draws a splat file.
@@ -95,13 +104,34 @@ fn drawn(args: &RenderArgs) -> Result<Drawn, Error> {
         let problem = Problem::new("This camera cannot take a picture").because(error);
         Error::new(Code::Usage, problem.hint("change `--eye`, `--target`, `--up`, `--fov` or `--size`"))
     };
-    let view = camera.view().map_err(|e| unusable(&e))?;
+    camera.view().map_err(|e| unusable(&e))?;
     let away: f64 = (0..3).map(|k| (camera.target[k] - camera.eye[k]).powi(2)).sum::<f64>().sqrt();
     let near = (NEAR * away).min(Options::default().near);
     let background = args.background.map(|v| v.clamp(0.0, 1.0) as f32);
-    let picture = draw(&[borrowed(&splats)], &view, &Options { background, near, ..Options::default() });
+    let options = Options { background, near, ..Options::default() };
+    let count = args.orbit.unwrap_or(1);
+    // A full turn, of which the last picture is the first again and left out.
+    let turn = Travel::Orbit { degrees: 360.0, duration_s: f64::from(count) };
+    let shot = Shot { camera, travel: turn };
+    let mut preview = Preview::new(PreviewOptions {
+        pictures_per_second: PER_SECOND,
+        largest_px: LARGEST_PX,
+        frames: usize::from(count),
+        bytes: usize::MAX,
+        ..PreviewOptions::default()
+    });
     let mut bytes = std::io::Cursor::new(Vec::new());
-    png::encode(&mut bytes, &picture).map_err(|e| unusable(&e))?;
+    for number in 0..count {
+        let view = shot.at(f64::from(number)).view().map_err(|e| unusable(&e))?;
+        let picture = draw(&[borrowed(&splats)], &view, &options);
+        match args.orbit {
+            None => png::encode(&mut bytes, &picture).map_err(|e| unusable(&e))?,
+            Some(_) => preview.push(&picture).map_err(|e| unusable(&e))?,
+        }
+    }
+    if args.orbit.is_some() {
+        bytes = std::io::Cursor::new(preview.encode().map_err(|e| unusable(&e))?);
+    }
     put(&args.output, bytes.get_ref())?;
     Ok(Drawn {
         status: "ok",
@@ -112,6 +142,7 @@ fn drawn(args: &RenderArgs) -> Result<Drawn, Error> {
         up: camera.up,
         field_of_view_deg: camera.fov_y_deg,
         gaussians: splats.len(),
+        pictures: count,
     })
 }
 
@@ -218,6 +249,7 @@ mod tests {
             fov: FIELD_OF_VIEW_DEG,
             size: [64, 48],
             background: [0.0; 3],
+            orbit: None,
             format: Format::Json,
         }
     }
@@ -254,6 +286,12 @@ mod tests {
         assert!(red(0, 32) > 0.5 && red(32, 64) > 0.5, "one on either side");
         let edge = (0..width).flat_map(|x| [x, x + width * (height - 1)]).map(|i| rgb[3 * i]).fold(0.0, f32::max);
         assert!(edge < 0.01, "nothing is cut off: {edge}");
+        let round = RenderArgs { output: place.path().join("round.png"), orbit: Some(4), ..args.clone() };
+        assert_eq!(drawn(&round).unwrap().pictures, 4);
+        let first = png::read(&round.output).unwrap();
+        assert!(first == png::read(&args.output).unwrap(), "an orbit begins where a picture is taken");
+        let animated = std::fs::read(&round.output).unwrap();
+        assert_eq!(animated.windows(4).filter(|w| *w == b"fcTL").count(), 4);
         let blind = RenderArgs { up: Some([0.0; 3]), ..args };
         assert_eq!(drawn(&blind).unwrap_err().code, Code::Usage);
     }
