@@ -4,7 +4,6 @@ mod support;
 
 use std::io::{Read as _, Write as _};
 use std::net::{TcpListener, TcpStream};
-use std::process::{Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
@@ -136,33 +135,4 @@ fn a_frozen_watcher_does_not_hold_the_run() {
 fn a_scene_without_frames_cannot_be_shown() {
     let run = Program::built_in("oscillator", &["--live=127.0.0.1:9"]).finish().expect_code(2);
     assert!(run.stderr.contains("clock.fps=24"), "{}", run.stderr);
-}
-
-/// The program that users have, where it is installed: it writes what it receives, and counts what it wrote.
-#[test]
-fn the_viewer_itself_takes_what_is_sent() {
-    if Command::new("rerun").arg("--version").stdout(Stdio::null()).status().is_err() {
-        eprintln!("skipped: there is no `rerun` on the path");
-        return;
-    }
-    let port = TcpListener::bind("127.0.0.1:0").expect("a port").local_addr().expect("it has one").port();
-    let place = tempfile::tempdir().expect("a scratch folder");
-    let file = place.path().join("seen.rrd");
-    let mut viewer = Command::new("rerun");
-    viewer.args(["--bind", "127.0.0.1", "--port", &port.to_string(), "--save"]).arg(&file);
-    let mut viewer = viewer.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("rerun starts");
-    for _ in 0..200 {
-        if TcpStream::connect(("127.0.0.1", port)).is_ok() {
-            break;
-        }
-        std::thread::sleep(Duration::from_millis(50));
-    }
-    run(&[&format!("--live={port}")]);
-    // It ends by itself when it hears that nothing follows; a viewer that does not is ended.
-    std::thread::sleep(Duration::from_secs(1));
-    let _ = viewer.kill();
-    let _ = viewer.wait();
-    let said = Command::new("rerun").args(["rrd", "stats"]).arg(&file).output().expect("rerun reads it");
-    let said = String::from_utf8_lossy(&said.stdout).into_owned();
-    assert!(said.contains("num_chunks") && std::fs::metadata(&file).is_ok_and(|f| f.len() > 100_000), "{said}");
 }

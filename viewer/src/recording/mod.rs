@@ -39,7 +39,7 @@ pub const WINDOW: &str = "window";
 pub const WORLD: &str = "world";
 
 /// A file that cannot answer for this long is given up.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_mins(1);
 /// A viewer that takes nothing for this long is given up.
 const PATIENCE_LIVE: Duration = Duration::from_secs(5);
 
