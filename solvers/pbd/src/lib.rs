@@ -46,6 +46,7 @@ mod near;
 mod own;
 mod pair;
 mod params;
+mod patches;
 mod place;
 mod plugin;
 mod proxy;

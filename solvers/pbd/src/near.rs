@@ -9,6 +9,7 @@ use cosplat_core::distance::{Placed, Shape};
 use cosplat_core::plugin::{StateError, StateReader, StateSink};
 
 use crate::own::{self, Candidate};
+use crate::patches::Patches;
 use crate::place::Place;
 use crate::proxy::Proxy;
 use crate::search;
@@ -18,6 +19,8 @@ use crate::vertex::Vertex;
 /// Share of the shortest edge that pieces of cloth, and solids, may move before they are looked for again.
 const ALLOWED: f64 = 0.3;
 const ALLOWED_SOLID: f64 = 0.1;
+/// Width of the patches within which cloth moves together, in shortest edges.
+const PATCH: f64 = 8.0;
 /// Share of the thickness by which a face must be deeper than its corners to be met between them.
 const TOLERANCE: f64 = 0.1;
 
@@ -49,6 +52,11 @@ impl<T> Default for Aging<T> {
 pub(crate) struct Near {
     spots: Aging<(Place, Target)>,
     own: Aging<Candidate>,
+    /// For the age of pieces of cloth, and what any two of them may have moved relative to each other, and may at most
+    /// \[m\].
+    patches: Patches,
+    moved_far: f64,
+    at_most: f64,
 }
 
 /// How fast things move \[m/s\].
@@ -114,27 +122,47 @@ impl Near {
             }
             self.spots = Aging { list, moved: 0.0 };
         }
-        let allowed = ALLOWED * setting.shortest;
-        if !sim.mesh.friction.is_empty() && self.own.moved + h * speeds.own > allowed {
-            let search = own::Search {
-                mesh: &sim.mesh,
-                vertices: &sim.vertices,
-                owner: &sim.owner,
-                // Touching is also what may be closed by a push, `Candidate::touch`: a twentieth more.
-                reach: 1.05 * setting.thickness + allowed.max(h * speeds.own) + h * speeds.own,
-                thickness: setting.thickness,
-                parallel: setting.parallel,
-            };
-            let mut list = search.run();
-            list.sort_unstable_by_key(Candidate::key);
-            self.own = Aging { list, moved: 0.0 };
+        if !sim.mesh.friction.is_empty() {
+            self.renew_own(sim, speeds, h);
         }
     }
 
+    fn renew_own(&mut self, sim: &Sim, speeds: Speeds, h: f64) {
+        let (setting, vertices) = (&sim.setting, &sim.vertices);
+        let allowed = ALLOWED * setting.shortest;
+        if self.own.moved.is_finite()
+            && self.own.moved + h * self.patches.speed(vertices) <= allowed
+            && self.moved_far + h * speeds.own <= self.at_most
+        {
+            return;
+        }
+        // What is touched in this substep must be within reach, however fast: so must the patches be wide.
+        let fastest = 1.05 * setting.thickness + allowed + 2.0 * h * speeds.own;
+        self.patches = Patches::new(vertices, (PATCH * setting.shortest).max(2.0 * fastest));
+        let closing = h * self.patches.speed(vertices);
+        // Touching is also what may be closed by a push, `Candidate::touch`: a twentieth of the thickness more.
+        let reach = 1.05 * setting.thickness + allowed.max(closing) + closing;
+        let search = own::Search {
+            mesh: &sim.mesh,
+            vertices,
+            owner: &sim.owner,
+            reach,
+            thickness: setting.thickness,
+            parallel: setting.parallel,
+        };
+        let mut list = search.run();
+        list.sort_unstable_by_key(Candidate::key);
+        self.own = Aging { list, moved: 0.0 };
+        (self.moved_far, self.at_most) = (0.0, self.patches.side - reach);
+    }
+
     /// Notes that things move for `h` \[s\].
-    pub(crate) fn age(&mut self, speeds: Speeds, h: f64) {
+    pub(crate) fn age(&mut self, vertices: &[Vertex], speeds: Speeds, h: f64) {
         self.spots.moved += h * speeds.solid;
-        self.own.moved += h * speeds.own;
+        if self.own.moved.is_finite() {
+            self.own.moved += h * self.patches.speed(vertices);
+            self.moved_far += h * speeds.own;
+        }
     }
 
     /// Points of triangles near solids.
@@ -179,7 +207,7 @@ impl Near {
             let target = if kind == 0 { Target::Wall(number) } else { Target::Proxy(number) };
             list.push((Place::on([a, b, c].map(|i| i as u32), share), target));
         }
-        Ok(Self { spots: Aging { list, moved }, own: Aging::default() })
+        Ok(Self { spots: Aging { list, moved }, ..Self::default() })
     }
 
     /// Pieces of cloth near each other.

@@ -305,7 +305,7 @@ impl Sim {
     /// Moves everything for `h` \[s\].
     fn drift(&mut self, course: &mut Course, h: f64) {
         let speeds = self.speeds(course);
-        course.near.age(speeds, h);
+        course.near.age(&self.vertices, speeds, h);
         for vertex in &mut self.vertices {
             vertex.x = add(vertex.x, scale(vertex.u, h));
         }
