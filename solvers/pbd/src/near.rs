@@ -180,7 +180,9 @@ impl Near {
                 Target::Wall(w) => (0, w),
                 Target::Proxy(p) => (1, p),
             };
-            [ends[0].into(), ends[1].into(), ends[2].into(), kind, number as u64].iter().for_each(|&n| sink.u64(n));
+            for n in [ends[0].into(), ends[1].into(), ends[2].into(), kind, number as u64] {
+                sink.u64(n);
+            }
             sink.vec3(share);
         }
     }

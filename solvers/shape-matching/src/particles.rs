@@ -55,12 +55,11 @@ impl Particles {
             Source::Cylinder { radius_m: r, height_m: h } if sound(&[r, h]) => {
                 formula(V3::new(r, r, 0.5 * h), shape_of(source)?)
             }
-            Source::Box { .. } | Source::Sphere { .. } | Source::Cylinder { .. } => empty(),
             Source::Mesh { .. } => match asset {
                 Some(Asset::Mesh(mesh)) => Self::of_mesh(mesh, cell),
                 _ => Err("meshes that were not prepared before the run".to_owned()),
             },
-            // Refused already.
+            // Without a size, or of a kind that is refused already.
             _ => empty(),
         }
     }
