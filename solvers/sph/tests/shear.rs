@@ -1,0 +1,126 @@
+//! Start-up of flows between plates a tenth of a metre apart, with 20 particles across: the viscosity and walls without slip.
+//!
+//! A slab of liquid, open at its ends, flows between two plates; what is looked at is its middle, which the ends do not
+//! reach in a second.
+
+#[cfg(test)]
+mod common;
+
+use std::f64::consts::PI;
+
+use common::{Float, Run, columns, gravity, liquid, meets, plane, scene, water};
+use cosplat_core::plan::BoundaryForm;
+use cosplat_core::plugin::{Inputs, SolverScene};
+use cosplat_core::scene::{Source, Wall};
+
+/// Distance of the plates \[m\], kinematic viscosity \[m²/s\], largest speed \[m/s\], length of the slab \[m\].
+const GAP: f64 = 0.1;
+const NU: f64 = 1e-3;
+const FAST: f64 = 0.1;
+const LENGTH: f64 = 0.5;
+
+/// Start-up of Poiseuille's flow by a force of 8 ν U/d² a mass (Morris, Fox and Zhu, "Modeling low Reynolds number
+/// incompressible flows using SPH", 1997, eq. 21).
+fn poiseuille(z: f64, t: f64) -> f64 {
+    let force = 8.0 * NU * FAST / (GAP * GAP);
+    let term = |n: f64| {
+        let k = 2.0 * n + 1.0;
+        4.0 * force * GAP * GAP / (NU * (PI * k).powi(3))
+            * (PI * z / GAP * k).sin()
+            * (-(k * PI / GAP).powi(2) * NU * t).exp()
+    };
+    force / (2.0 * NU) * z * (GAP - z) - (0..40).map(|n| term(f64::from(n))).sum::<f64>()
+}
+
+/// Start-up of Couette's flow by the upper plate (the same, eq. 20).
+fn couette(z: f64, t: f64) -> f64 {
+    let term = |n: f64| {
+        2.0 * FAST / (n * PI) * (n * PI).cos() * (n * PI * z / GAP).sin() * (-(n * PI / GAP).powi(2) * NU * t).exp()
+    };
+    FAST * z / GAP + (1..80).map(|n| term(f64::from(n))).sum::<f64>()
+}
+
+fn slab(across: f64, pressure: &str) -> SolverScene {
+    let d = GAP / across;
+    let (wide, rho) = (4.0 * d, 1000.0);
+    let body = liquid(water(10.0 * FAST, NU * rho), [LENGTH, wide, GAP], [0.0, 0.5 * wide, 0.5 * GAP], d);
+    let walls = vec![
+        plane("floor", [0.0; 3], common::UPRIGHT, Wall::NoSlip),
+        plane("front", [0.0; 3], common::TO_Y, Wall::Slip),
+        plane("back", [0.0, wide, 0.0], common::TO_MINUS_Y, Wall::Slip),
+    ];
+    let mut start = scene(vec![body], walls, 0.01);
+    start.actions.clear();
+    start.params.insert("pressure".into(), pressure.into());
+    start
+}
+
+/// Deviation from `exact` at some times, in the mean of squares over that of the exact profile.
+fn deviations(
+    mut run: Run,
+    times: &[f64],
+    mut inputs: impl FnMut(f64) -> Inputs,
+    exact: fn(f64, f64) -> f64,
+) -> Vec<f64> {
+    let mut all = Vec::new();
+    for &t in times {
+        while run.time() < t - 1e-9 {
+            let now = run.time();
+            run.step_with(&inputs(now));
+        }
+        let (x, v, _) = columns(&run.bytes());
+        let middle = x.iter().map(|x| x[0]).sum::<f64>() / x.len() as f64;
+        let (mut square, mut of) = (0.0, 0.0);
+        for (x, v) in x.iter().zip(&v).filter(|(x, _)| (x[0] - middle).abs() < 0.1 * LENGTH) {
+            square += (v[0] - exact(x[2], t)).powi(2);
+            of += exact(x[2], t).powi(2);
+        }
+        all.push((square / of).sqrt());
+    }
+    println!("{} substeps: {all:.4?}", run.substeps);
+    all
+}
+
+fn driven(across: f64, pressure: &str) -> Vec<f64> {
+    let mut start = slab(across, pressure);
+    start.statics.push(plane("ceiling", [0.0, 0.0, GAP], common::DOWN, Wall::NoSlip));
+    start.actions.push(gravity([8.0 * NU * FAST / (GAP * GAP), 0.0, 0.0]));
+    deviations(Run::new(start), &[0.25, 0.5, 1.0], |_| Inputs::default(), poiseuille)
+}
+
+/// The upper plate is a body of another solver, on a rail.
+fn dragged(across: f64, pressure: &str) -> Vec<f64> {
+    let size = [4.0 * LENGTH, 0.2, 0.04];
+    let mut start = slab(across, pressure);
+    start.interfaces.push(meets("plate", BoundaryForm::Proxy, Some(Source::Box { size_m: size }), 1.0));
+    let mut plate = Float::new(f64::INFINITY, size, [0.0, 0.0, GAP + 0.5 * size[2]]);
+    plate.record.linear_velocity = [FAST, 0.0, 0.0];
+    plate.record.inertia = [f64::INFINITY; 6];
+    plate.record.background_linear = [0.0; 3];
+    let inputs = |t: f64| {
+        plate.record.position[0] = FAST * t;
+        plate.inputs(0.01)
+    };
+    deviations(Run::new(start), &[0.5, 1.0, 2.0], inputs, couette)
+}
+
+/// The catalogue's gate with 20 particles across.
+const GATE: f64 = 0.01;
+
+#[test]
+#[ignore = "not met: 4 to 8 % too fast with 10 as with 20 particles, as a lattice that slides in rows has less viscosity"]
+fn poiseuille_starts_as_the_series_says() {
+    for pressure in ["wcsph", "dfsph"] {
+        let found = driven(20.0, pressure);
+        assert!(found.iter().all(|d| *d < GATE), "{pressure}: {found:?}");
+    }
+}
+
+#[test]
+#[ignore = "not met: 5 to 7 % too slow, for the same reason"]
+fn couette_starts_as_the_series_says() {
+    for pressure in ["wcsph", "dfsph"] {
+        let found = dragged(20.0, pressure);
+        assert!(found.iter().all(|d| *d < GATE), "{pressure}: {found:?}");
+    }
+}
