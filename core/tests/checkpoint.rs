@@ -123,6 +123,7 @@ fn only_the_same_run_with_a_later_incarnation_goes_on() {
     assert_eq!(resume(&point, &Scenario::from_seed(1), EPOCH + 1), Err(CheckpointError::Identity));
     let mut threads = scenario.clone();
     threads.plan.participants.iter_mut().for_each(|p| p.threads += 5);
+    threads.scenes.iter_mut().for_each(|scene| scene.threads += 5);
     assert_eq!(resume(&point, &threads, EPOCH + 1), Ok(EVERY), "results do not depend on the number of threads");
     let mut slower = scenario.clone();
     slower.plan.clock.tick_s *= 2.0;

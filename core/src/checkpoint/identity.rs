@@ -6,7 +6,8 @@ use crate::control::AssetInfo;
 use crate::plan::Plan;
 use crate::plugin::SolverScene;
 
-/// Identity of a whole run: its plan and every part of its scene, with the geometry that belongs to each.
+/// Identity of a whole run: its plan and every part of its scene, with the geometry that belongs to each. Threads are
+/// no part of it, in neither: a run may be taken up on another machine.
 pub(crate) fn identity_of<'p>(plan: &Plan, parts: impl Iterator<Item = (&'p SolverScene, &'p [AssetInfo])>) -> u128 {
     let mut hasher = begun(plan);
     parts.for_each(|(scene, assets)| add(&mut hasher, scene, assets));
@@ -29,7 +30,7 @@ fn begun(plan: &Plan) -> Xxh3 {
 }
 
 fn add(hasher: &mut Xxh3, scene: &SolverScene, assets: &[AssetInfo]) {
-    let scene = SolverScene { assets: std::collections::BTreeMap::new(), ..scene.clone() };
+    let scene = SolverScene { assets: std::collections::BTreeMap::new(), threads: 0, ..scene.clone() };
     hasher.update(serde_json::to_string(&scene).unwrap_or_default().as_bytes());
     for asset in assets {
         hasher.update(asset.name.as_bytes());
