@@ -105,7 +105,7 @@ impl Around {
         let mean = |u: &Vector3<f64>, v: &Vector3<f64>| u.dot(&(self.moment * v)) / self.area.max(f64::MIN_POSITIVE);
         let (a, b, c) = (mean(&first, &first), mean(&first, &second), mean(&second, &second));
         // Eigenvalues and the axis of the larger one of a symmetric matrix of two rows.
-        let (middle, half) = ((a + c) / 2.0, (a - c) / 2.0);
+        let (middle, half) = (f64::midpoint(a, c), (a - c) / 2.0);
         let radius = half.hypot(b);
         let (sin, cos) = (0.5 * b.atan2(half)).sin_cos();
         let long = first * cos + second * sin;
