@@ -1,6 +1,5 @@
 //! The command line.
 
-use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -12,7 +11,7 @@ use crate::command::man::ManArgs;
 use crate::command::new::NewArgs;
 use crate::command::report::ReportArgs;
 use crate::command::splat::SplatArgs;
-use crate::viewer::parse_address;
+use crate::viewer::{Place, parse_place};
 
 /// Exit codes as the help lists them.
 pub(crate) const EXIT_CODES: &str = "\
@@ -151,8 +150,9 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "DIR", conflicts_with_all = ["scene", "set", "solver", "out"])]
     pub(crate) resume: Option<PathBuf>,
     /// Show the run in a rerun viewer while it goes on: in the one that listens at ADDR on this machine, or in a window
-    #[arg(long, value_name = "ADDR", num_args = 0..=1, require_equals = true, value_parser = parse_address)]
-    pub(crate) live: Option<Option<SocketAddr>>,
+    #[arg(long, value_name = "ADDR", num_args = 0..=1, require_equals = true)]
+    #[arg(default_missing_value = "window", value_parser = parse_place)]
+    pub(crate) live: Option<Place>,
     /// Show the run to a browser on this machine while it goes on
     #[arg(long, conflicts_with = "live")]
     pub(crate) serve: bool,

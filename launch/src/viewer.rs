@@ -27,6 +27,15 @@ const OPENING: Duration = Duration::from_secs(10);
 /// Somebody who listens on this machine answers at once.
 const ANSWER: Duration = Duration::from_millis(200);
 
+/// Where `--live` shows a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    /// In a window of its own.
+    Window,
+    /// In what listens there.
+    At(SocketAddr),
+}
+
 /// What a run was asked to be shown in.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Wish {
@@ -62,9 +71,9 @@ impl Wish {
             })
         };
         match (args.live, args.serve) {
-            (Some(Some(address)), _) => Ok(Some(Self::At(address))),
+            (Some(Place::At(address)), _) => Ok(Some(Self::At(address))),
             (_, true) => program().map(|rerun| Some(Self::Browser(rerun))),
-            (Some(None), false) => program().map(|rerun| Some(Self::Window(rerun))),
+            (Some(Place::Window), false) => program().map(|rerun| Some(Self::Window(rerun))),
             (None, false) => Ok(None),
         }
     }
@@ -146,11 +155,14 @@ impl Drop for Served {
     }
 }
 
-/// An address on this machine: a port, or a loopback address and a port.
-pub(crate) fn parse_address(text: &str) -> Result<SocketAddr, String> {
+/// `window`, a port of this machine, or a loopback address and a port.
+pub(crate) fn parse_place(text: &str) -> Result<Place, String> {
+    if text == "window" {
+        return Ok(Place::Window);
+    }
     let address = text.parse().or_else(|_| text.parse::<u16>().map(here));
     match address {
-        Ok(address) if address.ip().is_loopback() && address.port() != 0 => Ok(address),
+        Ok(address) if address.ip().is_loopback() && address.port() != 0 => Ok(Place::At(address)),
         Ok(_) => {
             Err("a run is shown on this machine only; for another one, carry a port over with `ssh -R`".to_owned())
         }
@@ -164,11 +176,12 @@ mod tests {
 
     #[test]
     fn only_this_machine_is_an_address() {
-        assert_eq!(parse_address("9876"), Ok(here(9876)));
-        assert_eq!(parse_address("127.0.0.1:1234"), Ok(here(1234)));
-        assert!(parse_address("[::1]:1234").is_ok());
-        assert!(parse_address("192.168.0.1:9876").unwrap_err().contains("this machine only"));
-        assert!(["", "0", "x", "127.0.0.1", "99999"].iter().all(|t| parse_address(t).is_err()));
+        assert_eq!(parse_place("window"), Ok(Place::Window));
+        assert_eq!(parse_place("9876"), Ok(Place::At(here(9876))));
+        assert_eq!(parse_place("127.0.0.1:1234"), Ok(Place::At(here(1234))));
+        assert!(parse_place("[::1]:1234").is_ok());
+        assert!(parse_place("192.168.0.1:9876").unwrap_err().contains("this machine only"));
+        assert!(["", "0", "x", "127.0.0.1", "99999"].iter().all(|t| parse_place(t).is_err()));
     }
 
     #[test]

@@ -97,7 +97,7 @@ fn a_browser_shows_a_run_that_goes_on() {
     chromium.args(["--enable-unsafe-swiftshader", "--window-size=1280,720", "--virtual-time-budget=20000"]);
     chromium.arg(format!("--user-data-dir={}", place.path().join("profile").display()));
     chromium.arg(format!("--screenshot={}", picture.display())).arg(format!("{url}&renderer=webgl"));
-    Group::start(&mut chromium).wait(Duration::from_secs(60));
+    Group::start(&mut chromium).wait(Duration::from_mins(1));
     run.signal("TERM");
     run.finish().expect_code(130);
     rest.join().expect("its words end with it");
