@@ -189,7 +189,7 @@ mod tests {
         let mut command = Command::new("sh");
         command.args(["-c", "\"$@\" </dev/null & read -r _; kill -KILL 0", "sh", "sleep", "1000"]);
         let child = command.stdin(Stdio::piped()).process_group(0).spawn().unwrap();
-        let group = rustix::process::Pid::from_raw(child.id() as i32).unwrap();
+        let group = rustix::process::Pid::from_raw(i32::try_from(child.id()).unwrap()).unwrap();
         let begin = std::time::Instant::now();
         drop(Served(child));
         assert!(begin.elapsed() < Duration::from_secs(5));
