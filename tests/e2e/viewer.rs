@@ -13,6 +13,9 @@ use support::Program;
 
 const FRAMES: [&str; 6] = ["--set", "clock.fps=50", "--set", "output.pictures=false", "--set", "output.splats=false"];
 
+/// Pictures that Chromium may take until one shows the run.
+const ATTEMPTS: usize = 6;
+
 /// Whether programs are there; says so where one is not.
 fn are_there(programs: &[&str]) -> bool {
     let is_there = |name: &&&str| {
@@ -51,6 +54,15 @@ impl Drop for Group {
     }
 }
 
+/// Waits until somebody listens.
+fn wait_for(address: &str) {
+    let began = Instant::now();
+    while TcpStream::connect(address).is_err() {
+        assert!(began.elapsed() < Duration::from_secs(20), "nobody listens at {address}");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
 #[test]
 fn rerun_takes_what_is_sent() {
     if !are_there(&["rerun"]) {
@@ -62,10 +74,7 @@ fn rerun_takes_what_is_sent() {
     let mut viewer = Command::new("rerun");
     viewer.args(["--bind", "127.0.0.1", "--port", &port.to_string(), "--save"]).arg(&file);
     let viewer = Group::start(&mut viewer);
-    let began = Instant::now();
-    while TcpStream::connect(("127.0.0.1", port)).is_err() && began.elapsed() < Duration::from_secs(20) {
-        std::thread::sleep(Duration::from_millis(50));
-    }
+    wait_for(&format!("127.0.0.1:{port}"));
     let live = format!("--live={port}");
     let args: Vec<&str> = FRAMES.iter().chain(&[live.as_str()]).copied().collect();
     Program::built_in("ball-on-block", &args).finish().expect_code(0);
@@ -88,21 +97,27 @@ fn a_browser_shows_a_run_that_goes_on() {
     let mut lines = lines.skip_while(|line| !line.contains("http://"));
     let line = lines.next().expect("the address is said");
     let url = line.split_whitespace().find(|word| word.starts_with("http://")).expect("an address").to_owned();
+    wait_for(url.split('/').nth(2).expect("a host and a port"));
     // The pipe must not fill.
     let rest = std::thread::spawn(move || lines.for_each(drop));
     let place = tempfile::tempdir().expect("a scratch folder");
     let picture = place.path().join("seen.png");
-    let mut chromium = Command::new("chromium");
-    chromium.args(["--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"]);
-    chromium.args(["--enable-unsafe-swiftshader", "--window-size=1280,720", "--virtual-time-budget=20000"]);
-    chromium.arg(format!("--user-data-dir={}", place.path().join("profile").display()));
-    chromium.arg(format!("--screenshot={}", picture.display())).arg(format!("{url}&renderer=webgl"));
-    Group::start(&mut chromium).wait(Duration::from_mins(1));
+    // Its clock in this mode runs ahead of what it loads, so that it may take its picture before there is anything.
+    let attempt = |_| {
+        let mut chromium = Command::new("chromium");
+        chromium.args(["--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"]);
+        chromium.args(["--enable-unsafe-swiftshader", "--window-size=1280,720", "--virtual-time-budget=20000"]);
+        chromium.arg(format!("--user-data-dir={}", place.path().join("profile").display()));
+        chromium.arg(format!("--screenshot={}", picture.display())).arg(format!("{url}&renderer=webgl"));
+        Group::start(&mut chromium).wait(Duration::from_mins(1));
+        warm(&picture)
+    };
+    let is_seen = |&(coloured, all): &(usize, usize)| coloured * 200 > all;
+    let seen = (0..ATTEMPTS).map(attempt).find(is_seen);
     run.signal("TERM");
     run.finish().expect_code(130);
     rest.join().expect("its words end with it");
-    let (coloured, all) = warm(&picture);
-    assert!(coloured * 200 > all, "{coloured} of {all} pixels have the colours of the bodies");
+    assert!(seen.is_some(), "the colours of the bodies are in none of {ATTEMPTS} pictures");
 }
 
 /// Pixels that are more red than blue, as bodies of the colour of earth and boundary particles are and the viewer's own
