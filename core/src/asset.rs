@@ -63,6 +63,15 @@ pub enum AssetError {
     /// Inside out or flat.
     #[error("the mesh encloses {0} m³: its triangles must be counter-clockwise seen from outside")]
     NoVolume(f64),
+    /// A height field whose triangles all stand upright.
+    #[error("seen from above (local +z) the height field has no area; its `up` axis may be another one")]
+    NoArea,
+    /// A line along local z that passes a height field twice.
+    #[error(
+        "the height field has two heights above x = {0} m, y = {1} m of its frame, an overhang or a second layer: cut it \
+         away, choose another `up` axis, or take a closed `mesh`"
+    )]
+    Overhang(f64, f64),
 }
 
 impl Asset {

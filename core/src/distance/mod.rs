@@ -4,11 +4,12 @@ mod mesh;
 
 use std::sync::Arc;
 
+use crate::asset::{Asset, AssetError};
 use crate::boundary::{dot, norm, scale, sub};
 use crate::scene::{Pose, Source};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-pub use mesh::MeshSolid;
+pub use mesh::{HeightField, MeshSolid};
 
 /// Distance to a surface \[m\] and the unit normal of its nearest point.
 pub type Distance = (f64, [f64; 3]);
@@ -32,6 +33,8 @@ pub enum Shape {
     Cylinder(f64, f64),
     /// Closed triangle mesh.
     Mesh(Arc<MeshSolid>),
+    /// Terrain.
+    HeightField(Arc<HeightField>),
 }
 
 impl Shape {
@@ -44,6 +47,48 @@ impl Shape {
             Source::Cylinder { radius_m, height_m } => Self::Cylinder(radius_m, 0.5 * height_m),
             _ => return None,
         })
+    }
+
+    /// Shape of a source that is a formula, or of the mesh that was prepared for it, for contact on cells of size `dx`
+    /// \[m\]. Its frame is that of the source, or lies at the centre of volume with the same axes (`about_centre`), as a
+    /// rigid partner's does.
+    ///
+    /// # Errors
+    /// [`ShapeError`]: without a mesh, or with one that cannot be what the source says.
+    pub fn prepared(source: &Source, asset: Option<&Asset>, about_centre: bool, dx: f64) -> Result<Self, ShapeError> {
+        if let Some(shape) = Self::of(source) {
+            return Ok(shape);
+        }
+        let Some(asset @ Asset::Mesh(mesh)) = asset else { return Err(ShapeError::NoMesh) };
+        asset.check()?;
+        if let Source::HeightField { .. } = source {
+            return Ok(Self::HeightField(Arc::new(HeightField::new(mesh)?)));
+        }
+        let origin = if about_centre { mesh.solid()?.centroid_m } else { [0.0; 3] };
+        Ok(Self::Mesh(Arc::new(MeshSolid::new(mesh, origin, dx)?)))
+    }
+}
+
+/// Why a source has no signed distance.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ShapeError {
+    /// Points, captures, meshes that were not prepared.
+    #[error("only planes, boxes, spheres, cylinders, closed triangle meshes and height fields have a signed distance")]
+    NoMesh,
+    /// A hole.
+    #[error(
+        "{0}; close its holes and merge vertices at the same place, use a box, sphere, cylinder or plane, or, for a \
+         terrain, `height_field` in place of `mesh`"
+    )]
+    Open(AssetError),
+    /// Anything else about a mesh.
+    #[error(transparent)]
+    Mesh(AssetError),
+}
+
+impl From<AssetError> for ShapeError {
+    fn from(wrong: AssetError) -> Self {
+        if matches!(wrong, AssetError::Open(_)) { Self::Open(wrong) } else { Self::Mesh(wrong) }
     }
 }
 
@@ -67,6 +112,7 @@ impl SignedDistance for Shape {
                 (d, [n[0] * out[0], n[0] * out[1], n[1]])
             }
             Self::Mesh(mesh) => mesh.distance(x),
+            Self::HeightField(field) => field.distance(x),
         }
     }
 }
@@ -118,6 +164,7 @@ impl Placed {
             // The box is worth a look only near it.
             Shape::Mesh(mesh) if from_center - mesh.radius() > radius => from_center - mesh.radius(),
             Shape::Mesh(mesh) => mesh.box_distance(self.local(x)),
+            Shape::HeightField(field) => field.at_least(self.local(x)),
         };
         of_center - radius
     }

@@ -14,6 +14,7 @@ pub fn source_kind(source: &Source) -> &'static str {
     match source {
         Source::Splat { .. } => "splat",
         Source::Mesh { .. } => "mesh",
+        Source::HeightField { .. } => "height-field",
         Source::Box { .. } => "box",
         Source::Sphere { .. } => "sphere",
         Source::Cylinder { .. } => "cylinder",

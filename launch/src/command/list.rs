@@ -83,7 +83,7 @@ fn particles(body: &Body) -> Option<u64> {
         Source::Sphere { radius_m } => fill(4.0 / 3.0 * std::f64::consts::PI * radius_m.powi(3)),
         Source::Cylinder { radius_m, height_m } => fill(std::f64::consts::PI * radius_m * radius_m * height_m),
         Source::Splat { .. } | Source::Mesh { .. } if body.spacing_m.is_some() => return None,
-        Source::Splat { .. } | Source::Mesh { .. } | Source::Plane { .. } => 0,
+        Source::Splat { .. } | Source::Mesh { .. } | Source::HeightField { .. } | Source::Plane { .. } => 0,
     })
 }
 

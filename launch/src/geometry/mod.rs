@@ -159,7 +159,9 @@ impl Maker<'_> {
     /// Walls are drawn where the scene gives them a colour.
     fn wall(&self, wall: &StaticCollider) -> Result<Made, String> {
         let mut made = match &wall.source {
-            Source::Mesh { .. } => self.rigid_mesh(&wall.source, None, wall.color.unwrap_or(PLAIN))?,
+            Source::Mesh { .. } | Source::HeightField { .. } => {
+                self.rigid_mesh(&wall.source, None, wall.color.unwrap_or(PLAIN))?
+            }
             source => {
                 Made { asset: None, look: shape::look(source, None, wall.color.unwrap_or(PLAIN))?, notes: Vec::new() }
             }

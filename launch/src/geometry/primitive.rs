@@ -21,7 +21,11 @@ pub(super) fn mesh(source: &Source) -> Option<TriangleMesh> {
             Some(lathe(&[(0.0, -h / 2.0), (*r, -h / 2.0), (*r, h / 2.0), (0.0, h / 2.0)]))
         }
         Source::Plane { size_m } => Some(sheet(size_m.unwrap_or([PLANE_M; 2]))),
-        Source::Splat { .. } | Source::Mesh { .. } | Source::Points { .. } | Source::Cloud { .. } => None,
+        Source::Splat { .. }
+        | Source::Mesh { .. }
+        | Source::HeightField { .. }
+        | Source::Points { .. }
+        | Source::Cloud { .. } => None,
     }
 }
 

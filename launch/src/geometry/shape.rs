@@ -58,7 +58,8 @@ impl Maker<'_> {
     }
 
     fn mesh(&self, source: &Source) -> Result<Prepared, String> {
-        let Source::Mesh { file, metres_per_unit, up } = source else {
+        let (Source::Mesh { file, metres_per_unit, up } | Source::HeightField { file, metres_per_unit, up }) = source
+        else {
             return Err("its source is no mesh".to_owned());
         };
         let (bytes, path) = files::read(self.source, file)?;

@@ -18,11 +18,12 @@
 //! momentum, in f64; the momentum that they must explain is summed over the particles (`report`): two separate roads,
 //! so that their difference is a check.
 //!
-//! Not here yet: granular material and liquid, contact with partners that show samples, moving walls, height fields,
-//! two-dimensional slabs, F-bar for ν near 0.5, restitution, the `genesis` contact law. Each is refused by name.
+//! Not here yet: granular material and liquid, contact with partners that show samples, moving walls, two-dimensional
+//! slabs, F-bar for ν near 0.5, restitution, the `genesis` contact law. Each is refused by name.
 //!
-//! Shapes are formulas or closed meshes (`shape`, `mesh`). A body is a lattice in a shape or a cloud that was prepared
-//! (`sample`); one that comes from a capture carries total deformation gradients for the Gaussians that ride on it.
+//! Shapes are formulas, closed meshes or, of static colliders, height fields (`cosplat_core::distance`). A body is a
+//! lattice in a shape or a cloud that was prepared (`sample`); one that comes from a capture carries total deformation
+//! gradients for the Gaussians that ride on it.
 //!
 //! Known limits: bodies of this process still meet at nodes, up to half a cell early; the place where a particle of a
 //! plastic body ends takes its elastic stretch only.

@@ -1,8 +1,5 @@
 //! Colliders and rigid partners: their shapes and what they do to each body.
 
-use std::sync::Arc;
-
-use cosplat_core::asset::{Asset, AssetError};
 use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{InterfaceView, ViewRole};
 use cosplat_core::scene::{Source, StaticCollider, Wall as WallKind};
@@ -11,33 +8,16 @@ use crate::model::Face;
 use crate::proxy::Partner;
 use crate::read::Reader;
 use crate::walls::{Surface, Wall};
-use cosplat_core::distance::MeshSolid;
 use cosplat_core::distance::{Placed, Shape};
 
 impl Reader<'_> {
     /// Shape of a collider or partner, in its own frame or about its centre of mass.
     fn shape(&mut self, name: &str, source: &Source, about_centre: bool) -> Option<Shape> {
-        if let Some(shape) = Shape::of(source) {
-            return Some(shape);
-        }
-        let Some(Asset::Mesh(mesh)) = self.scene.assets.get(name).map(AsRef::as_ref) else {
-            self.refuse(format!(
-                "colliders other than planes, boxes, spheres, cylinders and closed triangle meshes (`{name}`)"
-            ));
-            return None;
-        };
-        let checked = self.scene.assets[name].check();
-        let origin = || if about_centre { mesh.solid().map(|s| s.centroid_m) } else { Ok([0.0; 3]) };
-        match checked.and_then(|()| origin()).and_then(|origin| MeshSolid::new(mesh, origin, self.dx)) {
-            Ok(solid) => Some(Shape::Mesh(Arc::new(solid))),
+        let asset = self.scene.assets.get(name).map(AsRef::as_ref);
+        match Shape::prepared(source, asset, about_centre, self.dx) {
+            Ok(shape) => Some(shape),
             Err(wrong) => {
-                let hint = match wrong {
-                    AssetError::Open(_) => {
-                        "; close its holes and merge vertices at the same place, or use a box, sphere, cylinder or plane"
-                    }
-                    _ => "",
-                };
-                self.refuse(format!("the mesh of `{name}` as a solid: {wrong}{hint}"));
+                self.refuse(format!("the shape of `{name}` as a collider: {wrong}"));
                 None
             }
         }

@@ -104,7 +104,7 @@ fn fill(shape: &Shape, spacing: f64) -> Sampled {
         Shape::Cylinder(r, half) => {
             ([2.0 * r, 2.0 * r, 2.0 * half], 2.0 * pi * r * r * half, 2.0 * pi * r * (r + 2.0 * half))
         }
-        Shape::Plane(_) | Shape::Mesh(_) => ([0.0; 3], 0.0, 0.0),
+        Shape::Plane(_) | Shape::Mesh(_) | Shape::HeightField(_) => ([0.0; 3], 0.0, 0.0),
     };
     let n = size.map(|edge| parts(edge, spacing));
     let step = (0..3).map(|k| size[k] / n[k] as f64).fold(0.0, f64::max);

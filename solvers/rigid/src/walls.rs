@@ -45,7 +45,9 @@ impl StaticWall {
             Source::Box { size_m } => (Part::cuboid(V3::from(*size_m)), V3::zeros()),
             Source::Sphere { radius_m } => (Part::plain(SharedShape::ball(*radius_m as f32)), V3::zeros()),
             Source::Cylinder { radius_m, height_m } => (Part::cylinder(*radius_m, *height_m), V3::zeros()),
-            Source::Mesh { .. } | Source::Splat { .. } => (Self::mesh(name, asset)?, V3::zeros()),
+            Source::Mesh { .. } | Source::HeightField { .. } | Source::Splat { .. } => {
+                (Self::mesh(name, asset)?, V3::zeros())
+            }
             Source::Points { .. } | Source::Cloud { .. } => {
                 return Err(format!("static colliders from points (`{name}`)"));
             }

@@ -3,6 +3,7 @@
 
 mod closest;
 mod field;
+mod height;
 mod tree;
 
 use crate::asset::{AssetError, TriangleMesh};
@@ -11,6 +12,8 @@ use crate::boundary::{norm, sub};
 use crate::distance::{Distance, SignedDistance};
 use field::Field;
 use tree::Tree;
+
+pub use height::HeightField;
 
 /// A solid whose surface is a mesh.
 #[derive(Debug)]

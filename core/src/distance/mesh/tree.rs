@@ -53,7 +53,13 @@ impl Tree {
     /// The sign is that of the pseudo-normal of the nearest corner, edge or face. Source: Bærentzen and Aanæs, "Signed
     /// distance computation using the angle weighted pseudonormal" (2005).
     pub(super) fn distance(&self, x: [f64; 3]) -> Distance {
-        let (mut best, mut nearest, mut normal) = (f64::INFINITY, x, [0.0, 0.0, 1.0]);
+        let Nearest { point, normal } = self.nearest(x, f64::INFINITY);
+        signed(x, point, normal, dot(sub(x, point), normal) < 0.0)
+    }
+
+    /// Nearest point of the surface, where one is closer than the root of `best` \[m²\].
+    pub(super) fn nearest(&self, x: [f64; 3], mut best: f64) -> Nearest {
+        let (mut nearest, mut normal) = (x, [0.0, 0.0, 1.0]);
         let mut open = vec![0_usize];
         while let Some(at) = open.pop() {
             let node = &self.nodes[at];
@@ -80,15 +86,80 @@ impl Tree {
             let first_is_nearer = outside(&self.nodes[a], x) <= outside(&self.nodes[b], x);
             open.extend(if first_is_nearer { [b, a] } else { [a, b] });
         }
-        let (away, distance) = (sub(x, nearest), best.sqrt());
-        let sign = if dot(away, normal) < 0.0 { -1.0 } else { 1.0 };
-        // On the surface itself only the pseudo-normal knows where outside is.
-        let direction = if distance > f64::MIN_POSITIVE { scale(away, sign / distance) } else { unit(normal) };
-        (sign * distance, direction)
+        Nearest { point: nearest, normal }
+    }
+
+    /// Calls `f` with every triangle that the line along z through `x`, `y` passes, and the height there \[m\]. Triangles
+    /// that stand upright have none.
+    pub(super) fn pierce(&self, x: f64, y: f64, mut f: impl FnMut(usize, f64)) {
+        let mut open = vec![0_usize];
+        while let Some(at) = open.pop() {
+            let Node { low, high, first, count } = self.nodes[at];
+            if x < low[0] || x > high[0] || y < low[1] || y > high[1] {
+                continue;
+            }
+            if count == 0 {
+                open.extend([first as usize, at + 1]);
+                continue;
+            }
+            for i in first as usize..(first + count) as usize {
+                if let Some(height) = height(&self.triangles[i], x, y) {
+                    f(i, height);
+                }
+            }
+        }
+    }
+
+    /// Corners of every triangle.
+    pub(super) fn corners(&self) -> impl Iterator<Item = [[f64; 3]; 3]> {
+        self.triangles.iter().map(|t| t.corners)
     }
 }
 
-fn unit(n: [f64; 3]) -> [f64; 3] {
+/// Nearest point of a surface.
+pub(super) struct Nearest {
+    /// \[m\].
+    pub(super) point: [f64; 3],
+    /// Pseudo-normal there, of any length.
+    pub(super) normal: [f64; 3],
+}
+
+/// Distance and direction from the nearest point of a surface to `x`.
+pub(super) fn signed(x: [f64; 3], nearest: [f64; 3], normal: [f64; 3], is_inside: bool) -> Distance {
+    let away = sub(x, nearest);
+    let (distance, sign) = (norm(away), if is_inside { -1.0 } else { 1.0 });
+    // On the surface itself the way there is rounding; only the pseudo-normal knows where outside is.
+    let direction = if distance > ROUNDING * norm(x) && distance > f64::MIN_POSITIVE {
+        scale(away, sign / distance)
+    } else {
+        unit(normal)
+    };
+    (sign * distance, direction)
+}
+
+/// Rounding of a place, in parts of its coordinates, with a margin of a hundred.
+const ROUNDING: f64 = 1e-14;
+
+/// Part of a triangle's edge by which a line may miss it: it then still meets one of two neighbours.
+const MISS: f64 = 1e-9;
+
+/// Height of a triangle above `x`, `y`; nothing beside it, or where it stands upright.
+fn height(triangle: &Triangle, x: f64, y: f64) -> Option<f64> {
+    if triangle.face[2].abs() < UPRIGHT {
+        return None;
+    }
+    let [a, b, c] = triangle.corners;
+    let turn = |p: [f64; 3], q: [f64; 3]| (p[0] - x) * (q[1] - y) - (q[0] - x) * (p[1] - y);
+    let parts = [turn(b, c), turn(c, a), turn(a, b)];
+    let whole = parts[0] + parts[1] + parts[2];
+    let [u, v, w] = parts.map(|part| part / whole);
+    (u.min(v).min(w) >= -MISS).then_some(u * a[2] + v * b[2] + w * c[2])
+}
+
+/// Vertical part of the normal below which a triangle stands upright and has no height of its own.
+pub(super) const UPRIGHT: f64 = 1e-6;
+
+pub(super) fn unit(n: [f64; 3]) -> [f64; 3] {
     let length = norm(n);
     if length > 0.0 { scale(n, 1.0 / length) } else { [0.0, 0.0, 1.0] }
 }

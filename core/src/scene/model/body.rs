@@ -58,6 +58,15 @@ pub enum Source {
         /// The file's up axis, as for splats.
         up: String,
     },
+    /// Terrain of a static collider: a triangle mesh file through which every line along local +z passes at most once.
+    HeightField {
+        /// Path relative to the scene file.
+        file: String,
+        /// Length of one file unit \[m\].
+        metres_per_unit: f64,
+        /// The file's up axis, which becomes local +z.
+        up: String,
+    },
     /// Axis-aligned box of full edge lengths \[m\], centred.
     Box {
         /// Full edge lengths \[m\].

@@ -42,6 +42,10 @@ fn check_fit(fields: &Fields<'_>, material: Option<&Material>, source: Option<&S
             fields.error("a point mass is made of points, not of a shape".to_owned(), Some(help.to_owned()));
         }
     }
+    if let (Some(Source::HeightField { .. }), Some(at)) = (source, fields.get("height_field")) {
+        let help = "make it a `[[static]]`, or take a closed `mesh`";
+        at.error("a body cannot be a height field, which encloses nothing".to_owned(), Some(help.to_owned()));
+    }
     if let (Some(Source::Plane { size_m: None }), Some(at)) = (source, fields.get("plane")) {
         let help = "give it a size, as in plane = [2.0, 2.0], or make it a `[[static]]`";
         at.error("a body cannot be an infinite plane".to_owned(), Some(help.to_owned()));

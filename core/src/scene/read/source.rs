@@ -9,7 +9,7 @@ use crate::scene::model::Source;
 const LENGTH: Limits = Limits::positive("m");
 const POSITION: Limits = Limits::any("m");
 
-const KEYS: [&str; 8] = ["splat", "mesh", "box", "sphere", "cylinder", "plane", "points", "cloud"];
+const KEYS: [&str; 9] = ["splat", "mesh", "height_field", "box", "sphere", "cylinder", "plane", "points", "cloud"];
 
 const UPS: [(&str, &str); 7] = [
     ("+x", "+x"),
@@ -26,7 +26,10 @@ pub(super) fn source(fields: &Fields<'_>) -> Option<Source> {
     let (key, at) = fields.one_key(&KEYS)?;
     match key {
         "splat" => splat(&at),
-        "mesh" => mesh(&at),
+        "mesh" => mesh(&at).map(|(file, metres_per_unit, up)| Source::Mesh { file, metres_per_unit, up }),
+        "height_field" => {
+            mesh(&at).map(|(file, metres_per_unit, up)| Source::HeightField { file, metres_per_unit, up })
+        }
         "box" => short_or_table(&at, |at| at.numbers(LENGTH), "size").map(|size_m| Source::Box { size_m }),
         "sphere" => short_or_table(&at, |at| at.num(LENGTH), "radius").map(|radius_m| Source::Sphere { radius_m }),
         "cylinder" => cylinder(&at),
@@ -79,11 +82,12 @@ fn keep_box(at: &At<'_>) -> [[f64; 3]; 2] {
     [low, high]
 }
 
-fn mesh(at: &At<'_>) -> Option<Source> {
+/// File, length of its unit \[m\] and up axis of a triangle mesh.
+fn mesh(at: &At<'_>) -> Option<(String, f64, String)> {
     if let Value::Text(_) = at.node.value {
-        return Some(Source::Mesh { file: at.text(), metres_per_unit: 1.0, up: Source::UP_OF_FORMAT.to_owned() });
+        return Some((at.text(), 1.0, Source::UP_OF_FORMAT.to_owned()));
     }
-    at.table(|fields| Source::Mesh { file: file(fields), metres_per_unit: metres_per_unit(fields), up: up(fields) })
+    at.table(|fields| (file(fields), metres_per_unit(fields), up(fields)))
 }
 
 fn cylinder(at: &At<'_>) -> Option<Source> {

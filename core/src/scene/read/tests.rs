@@ -237,3 +237,15 @@ fn a_solver_name_close_to_a_section_is_a_mistake() {
     let shown = mistakes(&OSCILLATOR.replace("solver = \"left\"", "solver = \"leftt\""));
     assert!(shown.contains("there is no solver named `leftt`") && shown.contains("did you mean `left`?"), "{shown}");
 }
+
+#[test]
+fn a_height_field_is_ground_and_no_body() {
+    let ground =
+        format!("{OSCILLATOR}\n[[static]]\nname = \"hill\"\nheight_field = {{ file = \"hill.obj\", up = \"+y\" }}\n");
+    let (scene, _) = parse(&ground).unwrap_or_else(|d| panic!("{}", render("a", &ground, &d)));
+    let expected = Source::HeightField { file: "hill.obj".into(), metres_per_unit: 1.0, up: "+y".into() };
+    assert_eq!(scene.statics[0].source, expected);
+    let body = OSCILLATOR.replacen("points = [[1.0, 0.0, 0.0]]", "height_field = \"hill.obj\"", 1);
+    let shown = mistakes(&body.replacen("\"point-mass\"", "{ kind = \"rigid\", density = 1.0 }", 1));
+    assert!(shown.contains("a body cannot be a height field") && shown.contains("[[static]]"), "{shown}");
+}
