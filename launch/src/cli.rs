@@ -11,6 +11,7 @@ use crate::command::man::ManArgs;
 use crate::command::new::NewArgs;
 use crate::command::report::ReportArgs;
 use crate::command::splat::SplatArgs;
+use crate::command::study::StudyArgs;
 use crate::viewer::{Place, parse_place};
 
 /// Exit codes as the help lists them.
@@ -96,6 +97,8 @@ pub(crate) enum Command {
     New(NewArgs),
     /// Put runs on one page, and compare those of one scene
     Report(ReportArgs),
+    /// Measure error against run time: run a scene with several values of what may be varied, and compare
+    Study(StudyArgs),
     /// Look at, convert or draw a splat file
     Splat(SplatArgs),
     /// List the solver plugins found on this machine
@@ -162,6 +165,9 @@ pub(crate) struct RunArgs {
     /// Say nothing but errors; `--format json` still prints its summary
     #[arg(long, short)]
     pub(crate) quiet: bool,
+    /// Be killed when the program that started this one ends
+    #[arg(long, hide = true)]
+    pub(crate) ends_with_parent: bool,
 }
 
 /// `cosplat check`.

@@ -14,3 +14,4 @@ mod resume;
 pub(crate) mod run;
 pub(crate) mod solver;
 pub(crate) mod splat;
+pub(crate) mod study;

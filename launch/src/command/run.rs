@@ -32,6 +32,10 @@ use crate::viewer::{Viewer, Wish};
 /// The scene cannot run, or the run folder cannot be used. A run that has begun and fails is reported here, with its
 /// summary, and gives the exit code of its failure.
 pub(crate) async fn run(args: &RunArgs, signals: &mut Signals) -> Result<Code, Error> {
+    if args.ends_with_parent {
+        // Where the system lacks it, a parent that is killed leaves this run to end by itself.
+        let _ = rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::KILL));
+    }
     let earlier = args.resume.as_ref().map(|folder| Earlier::open(folder, args.changes.threads)).transpose()?;
     let (source, changes) = match &earlier {
         Some(earlier) => (earlier.source.clone(), earlier.changes.clone()),

@@ -9,6 +9,8 @@ pub(crate) mod gallery;
 mod number;
 mod parts;
 mod pictures;
+mod scatter;
+pub(crate) mod study;
 mod tables;
 #[cfg(test)]
 mod tests;

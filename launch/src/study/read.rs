@@ -1,0 +1,332 @@
+//! Case files: `NAME.study.toml` in, a [`Case`] or every mistake out.
+
+use std::path::Path;
+
+use cosplat_core::scene::Diagnostic;
+use toml::de::{DeTable, DeValue};
+
+use super::case::{Case, Claim, Comparison, Factor, Gate, Invariant, Kind, Level, Measure, Quantity, Reference};
+use super::formula::Formula;
+use super::outcome::CLASSES;
+use super::section::{Item, Reading, Section};
+use super::table::{self, Part};
+use crate::exit::{Code, Error, Problem};
+use crate::hint::{list, near_miss};
+use crate::render::{Paint, problem_of};
+use crate::scene_source::built_in_names;
+
+/// How the name of a case file ends.
+pub(crate) const ENDING: &str = ".study.toml";
+/// Newest format of case files that can be read.
+const FORMAT: f64 = 1.0;
+
+/// Reads a case file.
+///
+/// # Errors
+/// The file cannot be read, or every mistake in it.
+pub(crate) fn case(file: &Path) -> Result<Case, Error> {
+    let text = std::fs::read_to_string(file).map_err(|e| {
+        let problem = Problem::new(format!("Cannot read the case `{}`", file.display())).at(file).because(e);
+        Error::new(Code::Scene, problem.hint(format!("give a file `NAME{ENDING}`, a scene, or a folder of cases")))
+    })?;
+    parse(file, &text).map_err(|found| {
+        let shown = file.display().to_string();
+        let problem = |d: &Diagnostic| problem_of(Paint::stderr(), &shown, &text, d);
+        Error { code: Code::Scene, problems: found.iter().map(problem).collect() }
+    })
+}
+
+fn parse(file: &Path, text: &str) -> Result<Case, Vec<Diagnostic>> {
+    let (document, errors) = DeTable::parse_recoverable(text);
+    if !errors.is_empty() {
+        let syntax = |e: &toml::de::Error| Diagnostic { span: e.span(), ..Diagnostic::error(e.message().trim()) };
+        return Err(errors.iter().map(syntax).collect());
+    }
+    let reading = Reading::new(text);
+    let case = {
+        let root = Section::new(&reading, document.get_ref(), 0..0, String::new());
+        let case = read(file, &root);
+        root.finish();
+        case
+    };
+    let found = reading.into_found();
+    case.filter(|_| found.is_empty()).ok_or(found)
+}
+
+fn read(file: &Path, root: &Section<'_>) -> Option<Case> {
+    if let Some(item) = root.get("format")
+        && item.number().is_some_and(|format| format > FORMAT)
+    {
+        item.error_with("is of a newer version of cosplat", Some(format!("this one reads up to format {FORMAT}")));
+    }
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let name = file.file_name().map(|n| n.to_string_lossy().replace(ENDING, "")).unwrap_or_default();
+    let scene = root.need("scene", "name a built-in scene, or a scene file beside this one");
+    let quantities = quantities(root, folder);
+    let vary = vary(root);
+    Some(Case {
+        title: root.get("title").and_then(|i| i.text()).map_or_else(|| name.clone(), str::to_owned),
+        name,
+        scene: scene.and_then(|item| self::scene(&item, folder)).unwrap_or_default(),
+        source: root.need("source", "say where the reference is from").and_then(|i| i.text()).unwrap_or_default().into(),
+        gates: gates(root, &quantities, &vary),
+        quantities,
+        vary,
+    })
+}
+
+/// The scene as `cosplat run` takes it.
+fn scene(item: &Item<'_>, folder: &Path) -> Option<String> {
+    let wanted = item.text()?;
+    if built_in_names().any(|name| name == wanted) {
+        return Some(wanted.to_owned());
+    }
+    let path = folder.join(wanted);
+    if path.is_file() {
+        return Some(path.display().to_string());
+    }
+    let help = match near_miss(wanted, built_in_names()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("paths are relative to this file; built-in scenes are {}", list(built_in_names())),
+    };
+    item.error_with(&format!("names no scene: there is no `{}`", path.display()), Some(help));
+    None
+}
+
+fn quantities(root: &Section<'_>, folder: &Path) -> Vec<Quantity> {
+    let Some(item) = root.need("quantity", "add `[[quantity]]` with a `probe` and an `exact` formula below it") else {
+        return Vec::new();
+    };
+    item.items().iter().filter_map(|item| item.table(|section| quantity(section, folder))).collect()
+}
+
+fn quantity(section: &Section<'_>, folder: &Path) -> Option<Quantity> {
+    let (probe, invariant) = (section.get("probe"), section.get("invariant"));
+    match (probe, invariant) {
+        (Some(probe), None) => {
+            let kind = Kind::Probe(Box::new(comparison(section, folder)?));
+            Some(Quantity { name: probe.text()?.to_owned(), kind })
+        }
+        (None, Some(invariant)) => {
+            let scale = section.positive("scale");
+            let energy = Invariant::Energy { scale };
+            let kind = invariant.word(&[("energy", energy), ("momentum", Invariant::Momentum)])?;
+            Some(Quantity { name: invariant.text()?.to_owned(), kind: Kind::Invariant(kind) })
+        }
+        (Some(_), Some(two)) => {
+            two.error("and `probe` exclude each other");
+            None
+        }
+        (None, None) => {
+            let help = "write `probe = \"COLUMN\"` or `invariant = \"energy\"`";
+            section.error("says not what is measured".into(), Some(help.into()));
+            None
+        }
+    }
+}
+
+fn comparison(section: &Section<'_>, folder: &Path) -> Option<Comparison> {
+    let (exact, table) = (section.get("exact"), section.get("table"));
+    let measures = [("l2", Measure::L2), ("max", Measure::Max), ("final", Measure::Final)];
+    let measure = section.get("measure").and_then(|item| item.word(&measures)).unwrap_or(Measure::L2);
+    let scale = section.positive("scale");
+    let spread = section.positive("spread").unwrap_or(0.0);
+    let from_s = section.get("from").and_then(|item| item.number()).unwrap_or(0.0);
+    let until_s = section.positive("until").unwrap_or(f64::INFINITY);
+    let reference = match (exact, table) {
+        (Some(item), None) => Reference::Exact(formula(&item)?),
+        (None, Some(item)) => Reference::Table(item.table(|section| reference_table(section, folder))?),
+        (Some(_), Some(item)) => {
+            item.error("and `exact` exclude each other");
+            return None;
+        }
+        (None, None) => {
+            let help = "write `exact = \"FORMULA OF t\"` or `table = { file = …, time = …, value = … }`";
+            section.error("has no reference".into(), Some(help.into()));
+            return None;
+        }
+    };
+    Some(Comparison { reference, measure, scale, from_s, until_s, spread })
+}
+
+fn formula(item: &Item<'_>) -> Option<Formula> {
+    let found = Formula::parse(item.text()?);
+    if let Err(mistake) = &found {
+        item.error(&format!("is no formula: at character {}, {}", mistake.at + 1, mistake.why));
+    }
+    found.ok()
+}
+
+/// Time \[s\] and value of a table beside the case file.
+fn reference_table(section: &Section<'_>, folder: &Path) -> Option<Vec<(f64, f64)>> {
+    let help = "write `{ file = \"x.csv\", time = \"t\", value = \"u\" }`";
+    let keys = ["file", "time", "value"].map(|key| section.need(key, help));
+    let [file, time, value] = keys.map(|key| key.and_then(|item| item.text().map(|text| (item.clone(), text))));
+    let ((file, name), time, value) = (file?, time?, value?);
+    table::read(&folder.join(name), time.1, value.1)
+        .map_err(|(part, why, help)| match part {
+            Part::File => file.error_with(&why, help),
+            Part::Time => time.0.error_with(&why, help),
+            Part::Value => value.0.error_with(&why, help),
+        })
+        .ok()
+}
+
+fn vary(root: &Section<'_>) -> Vec<Factor> {
+    let Some(item) = root.get("vary") else { return Vec::new() };
+    if !matches!(item.value.get_ref(), DeValue::Table(_)) {
+        item.error("must be a table of keys of the scene with the values of each");
+        return Vec::new();
+    }
+    let top = Item { path: String::new(), ..item };
+    let factor = |leaf: &Item<'_>| {
+        let values: Vec<Level> = leaf.items().iter().map(|value| Level::of(value.raw())).collect();
+        if values.is_empty() {
+            leaf.error("must be a list with at least one value");
+        }
+        Factor { key: leaf.path.clone(), values }
+    };
+    top.leaves().iter().map(factor).collect()
+}
+
+fn gates(root: &Section<'_>, quantities: &[Quantity], vary: &[Factor]) -> Vec<Gate> {
+    let Some(item) = root.get("gate") else { return Vec::new() };
+    item.items().iter().filter_map(|item| item.table(|section| gate(section, quantities, vary))).collect()
+}
+
+fn gate(section: &Section<'_>, quantities: &[Quantity], vary: &[Factor]) -> Option<Gate> {
+    let place = section.get("where").map(|item| place(&item, vary)).unwrap_or_default();
+    let quantity = section.get("quantity").and_then(|item| {
+        let name = item.text()?;
+        if quantities.iter().all(|q| q.name != name) {
+            let names = quantities.iter().map(|q| q.name.as_str());
+            item.error_with("is none of the quantities of this case", Some(format!("there are {}", list(names))));
+        }
+        Some(name.to_owned())
+    });
+    let claims = [section.get("order"), section.get("error"), section.get("outcome")];
+    let claim = match claims.each_ref().map(Option::as_ref) {
+        [Some(order), None, None] => order_range(order, vary, &place)?,
+        [None, Some(_), None] => Claim::Error(section.positive("error")?),
+        [None, None, Some(outcome)] => Claim::Outcome(outcome.word(&CLASSES)?),
+        _ => {
+            let help = "write `order = [1.9, 2.1]`, `error = 0.02` or `outcome = \"refused\"`";
+            section.error("must claim one thing".into(), Some(help.into()));
+            return None;
+        }
+    };
+    let reason = section.need("reason", "say why this must hold: the order of the scheme, a published figure")?;
+    Some(Gate { r#where: place, quantity, claim, reason: reason.text()?.to_owned() })
+}
+
+fn order_range(item: &Item<'_>, vary: &[Factor], place: &[(String, String)]) -> Option<Claim> {
+    let numbers: Vec<f64> = item.items().iter().filter_map(Item::number).collect();
+    let axis = vary.last().filter(|f| f.values.iter().filter(|v| v.number().is_some()).count() > 1);
+    if axis.is_none_or(|axis| place.iter().any(|(key, _)| *key == axis.key)) {
+        item.error("needs several numbers of the last key of `[vary]`, and no fixed value of it in `where`");
+    }
+    match numbers.as_slice() {
+        [least, most] if least <= most => Some(Claim::Order([*least, *most])),
+        _ => {
+            item.error("must be the smallest and the largest order that pass, as in [1.9, 2.1]");
+            None
+        }
+    }
+}
+
+/// The runs that a gate is about.
+fn place(item: &Item<'_>, vary: &[Factor]) -> Vec<(String, String)> {
+    let top = Item { path: String::new(), ..item.clone() };
+    let mut found = Vec::new();
+    for leaf in top.leaves() {
+        let level = Level::of(leaf.raw());
+        match vary.iter().find(|factor| factor.key == leaf.path) {
+            None => {
+                let keys = || vary.iter().map(|factor| factor.key.as_str());
+                let help = match near_miss(&leaf.path, keys()) {
+                    Some(near) => format!("did you mean `{near}`?"),
+                    None => format!("varied are {}", list(keys())),
+                };
+                leaf.error_with("is not varied", Some(help));
+            }
+            Some(factor) if !factor.values.iter().any(|value| value.shown == level.shown) => {
+                let values = factor.values.iter().map(|value| value.shown.as_str());
+                leaf.error_with(&format!("is never {}", level.shown), Some(format!("its values are {}", list(values))));
+            }
+            Some(_) => found.push((leaf.path.clone(), level.shown)),
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CASE: &str = r#"
+format = 1
+title = "Two masses"
+scene = "oscillator"
+source = "a paper"
+[[quantity]]
+probe = "left.x"
+exact = "cos(2*PI*t)"
+measure = "max"
+[[quantity]]
+invariant = "energy"
+[vary]
+clock.link_scheme = ["serial", "parallel"]
+"clock.window" = [0.02, 1e-2]
+[[gate]]
+where = { "clock.link_scheme" = "serial" }
+order = [0.9, 1.1]
+reason = "first order"
+[[gate]]
+where = { "clock.window" = 0.01 }
+quantity = "energy"
+error = 1e-9
+reason = "exact flow"
+"#;
+
+    fn mistakes(text: &str) -> Vec<(usize, String)> {
+        let found = parse(Path::new("x.study.toml"), text).unwrap_err();
+        found
+            .into_iter()
+            .map(|d| (text[..d.span.unwrap().start].matches('\n').count() + 1, d.message + &d.help.unwrap_or_default()))
+            .collect()
+    }
+
+    #[test]
+    fn a_case_is_read() {
+        let case = parse(Path::new("a/x.study.toml"), CASE).unwrap();
+        assert_eq!((case.name.as_str(), case.scene.as_str(), case.vary.len()), ("x", "oscillator", 2));
+        assert_eq!(case.axis().unwrap().key, "clock.window");
+        assert_eq!(case.axis().unwrap().values[1].shown, "0.01");
+        assert_eq!(case.gates[0].claim, Claim::Order([0.9, 1.1]));
+        assert_eq!(case.gates[1].r#where, [("clock.window".to_owned(), "0.01".to_owned())]);
+        assert!(matches!(case.quantities[1].kind, Kind::Invariant(Invariant::Energy { scale: None })));
+    }
+
+    #[test]
+    fn every_mistake_is_shown_with_its_line() {
+        let broken = CASE
+            .replace("scene = \"oscillator\"", "scene = \"oscilator\"")
+            .replace("cos(2*PI*t)", "cos(2*PI*x)")
+            .replace("measure = \"max\"", "mesure = \"max\"")
+            .replace("\"clock.window\" = 0.01", "\"clock.windw\" = 0.01")
+            .replace("reason = \"first order\"\n", "")
+            .replace("[1e-9]", "");
+        let found = mistakes(&broken);
+        let expected = [(4, "oscillator"), (8, "`x` is unknown"), (9, "did you mean `measure`?")];
+        for (line, text) in expected {
+            assert!(found.iter().any(|(at, message)| *at == line && message.contains(text)), "{line} {text}: {found:?}");
+        }
+        assert!(found.iter().any(|(_, m)| m.contains("`reason` is missing")), "{found:?}");
+        assert!(found.iter().any(|(_, m)| m.contains("is not varied") && m.contains("clock.window")), "{found:?}");
+    }
+
+    #[test]
+    fn what_is_no_toml_is_said_once() {
+        assert_eq!(mistakes("scene = \n[[quantity]]\n").len(), 1);
+    }
+}
