@@ -92,6 +92,11 @@ fn prepared() -> tempfile::TempDir {
     for name in ["scene.toml", "my-scene.toml"] {
         fs::copy(root().join("launch/scenes/oscillator.toml"), at(name)).expect("the scene is there");
     }
+    fs::create_dir_all(at("verification")).expect("a folder can be made");
+    for name in ["free-flight.study.toml", "hanging-strip.study.toml", "hanging-strip.toml"] {
+        let case = root().join("tests/verification").join(name);
+        fs::copy(case, at("verification").join(name)).expect("the case is there");
+    }
     for name in ["plant.spz", "capture.spz"] {
         fs::copy(root().join("launch/scenes/assets/plant.v4.spz"), at(name)).expect("the capture is there");
     }

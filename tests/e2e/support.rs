@@ -185,7 +185,7 @@ pub(crate) fn send_signal(name: &str, pid: u32) {
 }
 
 /// Processes that carry the token in their environment, zombies apart.
-fn processes_with(token: &str) -> Vec<u32> {
+pub(crate) fn processes_with(token: &str) -> Vec<u32> {
     let Ok(entries) = std::fs::read_dir("/proc") else { return Vec::new() };
     entries
         .flatten()

@@ -10,12 +10,13 @@ use serde::Serialize;
 use crate::cli::Format;
 use crate::exit::{Code, Error, Problem};
 use crate::page;
-use crate::render::{Paint, json, print, printable, table, talk};
+use crate::render::{Paint, json, print, printable, talk};
 use crate::scene_source::{self, Source};
 use crate::study::case::{Case, Factor, Level};
 use crate::study::conduct::{Conditions, News, conduct};
 use crate::study::read::{ENDING, case};
-use crate::study::result::{CaseResult, Group, Row};
+use crate::study::result::CaseResult;
+use crate::study::text::human;
 use crate::study::{fingerprint, outcome::Class, rows};
 use crate::supervise::signals::Signals;
 
@@ -31,7 +32,7 @@ Examples:
   cosplat study oscillator --vary clock.window=0.02,0.01,0.005 --runs 1
   cosplat study oscillator --vary clock.link_scheme=serial,alternating --vary clock.window=0.02,0.01 --runs 1
   cosplat study verification --runs 1           every case of a folder, and one table of them all
-  cosplat study verification/oscillator.study.toml --runs 1 --format json | jq .cases[0].cheapest";
+  cosplat study verification/free-flight.study.toml --runs 1 --format json | jq .cases[0].cheapest";
 
 /// `cosplat study`.
 #[derive(Clone, Debug, Args)]
@@ -110,7 +111,7 @@ pub(crate) async fn study(args: &StudyArgs, signals: &mut Signals) -> Result<Cod
     match args.format {
         Format::Json => print(&text)?,
         Format::Human if args.quiet => {}
-        Format::Human => print(&human(&results, &out, Paint::stdout()))?,
+        Format::Human => print(&human(&results, &out.join(PAGE), Paint::stdout()))?,
     }
     Ok(if answer.passed { Code::Ok } else { Code::Verdict })
 }
@@ -147,7 +148,8 @@ fn cases(args: &StudyArgs) -> Result<(String, Vec<Case>), Error> {
 /// All cases of a folder by name; every mistake in any of them is reported.
 fn in_folder(folder: &Path) -> Result<Vec<Case>, Error> {
     let cannot = |e: &std::io::Error| Error::io("read", folder, e);
-    let entries = fs::read_dir(folder).and_then(Iterator::collect::<std::io::Result<Vec<_>>>).map_err(|e| cannot(&e))?;
+    let entries =
+        fs::read_dir(folder).and_then(Iterator::collect::<std::io::Result<Vec<_>>>).map_err(|e| cannot(&e))?;
     let mut files: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).collect();
     files.retain(|path| path.to_string_lossy().ends_with(ENDING));
     files.sort_unstable();
@@ -223,108 +225,9 @@ fn say(is_quiet: bool, case: &str, news: News) {
 fn machine() -> String {
     let cores = available_parallelism().map_or(0, std::num::NonZero::get);
     let facts = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = facts.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':').map(|(_, name)| name.trim()));
+    let model =
+        facts.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':').map(|(_, name)| name.trim()));
     format!("{}, {cores} cores", printable(model.unwrap_or(std::env::consts::ARCH)))
-}
-
-fn human(results: &[CaseResult], out: &Path, paint: Paint) -> String {
-    let mut text = String::new();
-    for case in results {
-        if results.len() == 1 {
-            text.push_str(&runs(case, paint));
-        }
-        text.push_str(&failed_gates(case, results.len() > 1, paint));
-    }
-    if results.len() > 1 {
-        text.push_str(&matrix(results, paint));
-    }
-    text + &format!("\nwritten to {}\n", paint.cyan(&out.join(PAGE).display().to_string()))
-}
-
-fn number(value: Option<f64>) -> String {
-    value.map_or_else(|| "–".into(), |v| format!("{v:.3e}"))
-}
-
-/// All runs of a case, its orders, and the cheapest runs.
-fn runs(case: &CaseResult, paint: Paint) -> String {
-    let head = ["error", "coupling", "solvers", "wall time [s]", "outcome"].map(str::to_owned);
-    let mut lines: Vec<Vec<String>> = vec![case.vary.iter().map(|f| f.key.clone()).chain(head).collect()];
-    lines.extend(case.rows.iter().map(|row: &Row| {
-        let wall = row.cost.as_ref().map_or_else(|| "–".into(), |c| format!("{:.4}", c.wall_s));
-        let why = row.why.as_ref().map(|why| format!(": {why}")).unwrap_or_default();
-        let outcome = format!("{}{why}", row.outcome.map_or("", Class::word));
-        let numbers = [row.error, row.error_coupling, row.error_solver].map(number);
-        let cells = row.settings.iter().map(|(_, value)| value.clone()).chain(numbers).chain([wall, outcome]);
-        cells.map(|cell| printable(&cell)).collect()
-    }));
-    let mut text = format!("{}\nreference: {}\n\n", paint.bold(&printable(&case.title)), printable(&case.reference));
-    text.push_str(&table(paint, &lines));
-    for group in case.groups.iter().filter(|g| g.fit.is_some()) {
-        text.push_str(&format!("\norder {}", order(group)));
-    }
-    text.push_str("\n\n");
-    for wanted in &case.cheapest {
-        let found = wanted.row.and_then(|i| Some((&case.rows[i], case.rows[i].cost.as_ref()?.wall_s)));
-        let answer = found.map_or_else(|| "none of these runs".into(), |(row, wall)| format!("{wall:.4} s with {}", row.name()));
-        text.push_str(&format!("an error of {:>4} % costs {}\n", 100.0 * wanted.error, printable(&answer)));
-    }
-    for note in &case.notes {
-        text.push_str(&format!("{} {}\n", paint.warn("note:"), printable(note)));
-    }
-    text
-}
-
-fn order(group: &Group) -> String {
-    let Some(fit) = &group.fit else { return String::new() };
-    let interval = fit.plus_minus.map(|half| format!(" ± {half:.3}")).unwrap_or_default();
-    let floor = fit.with_floor.as_ref().map(|f| format!(", or {:.3} above a floor of {:.1e}", f.order, f.floor));
-    let name = if group.name.is_empty() { String::new() } else { format!("  {}", printable(&group.name)) };
-    format!("{:.3}{interval}{}{name}", fit.order, floor.unwrap_or_default())
-}
-
-fn failed_gates(case: &CaseResult, with_name: bool, paint: Paint) -> String {
-    let judged = case.gates.iter().filter(|g| g.passed.is_some()).count();
-    let mut text = String::new();
-    for gate in case.gates.iter().filter(|gate| gate.passed == Some(false)) {
-        let place: Vec<String> = gate.gate.r#where.iter().map(|(key, value)| format!("{key}={value}")).collect();
-        let claim = match gate.gate.claim {
-            crate::study::case::Claim::Order([least, most]) => format!("an order between {least} and {most}"),
-            crate::study::case::Claim::Error(most) => format!("an error of at most {most}"),
-            crate::study::case::Claim::Outcome(class) => format!("the outcome {}", class.word()),
-        };
-        let line = format!("{} {} should have {claim}, but has {}: {}", case.name, place.join(" "), gate.measured, gate.gate.reason);
-        text.push_str(&format!("{} {}\n", paint.bad("gate failed:"), printable(&line)));
-    }
-    if text.is_empty() && judged > 0 && !with_name {
-        text = format!("{} all {judged} gates hold\n", paint.good("ok:"));
-    }
-    text
-}
-
-/// One line a case.
-fn matrix(results: &[CaseResult], paint: Paint) -> String {
-    let head = ["case", "runs", "smallest error", "gates", "order", "time of that run [s]", "1 % costs [s]"];
-    let mut lines = vec![head.map(str::to_owned).to_vec()];
-    lines.extend(results.iter().map(|case| {
-        let judged = case.gates.iter().filter(|g| g.passed.is_some()).count();
-        let failed = case.gates.iter().filter(|g| g.passed == Some(false)).count();
-        let wall = |place: Option<usize>| {
-            let cost = place.and_then(|i| case.rows[i].cost.as_ref());
-            cost.map_or_else(|| "–".into(), |c| format!("{:.4}", c.wall_s))
-        };
-        let orders: Vec<String> =
-            case.groups.iter().filter_map(|g| g.fit.as_ref()).map(|fit| format!("{:.2}", fit.order)).collect();
-        vec![
-            case.name.clone(),
-            case.rows.len().to_string(),
-            number(case.smallest_error()),
-            if failed > 0 { format!("{failed} of {judged} failed") } else { format!("{judged} hold") },
-            if orders.is_empty() { "–".into() } else { orders.join(" ") },
-            wall(case.front.last().copied()),
-            wall(case.cheapest.iter().find(|c| c.error == 0.01).and_then(|c| c.row)),
-        ]
-    }));
-    format!("\n{}", table(paint, &lines))
 }
 
 #[cfg(test)]

@@ -9,8 +9,7 @@ const SIZE: (f64, f64) = (720.0, 380.0);
 /// Left, right, upper and lower edge of the area with points.
 const AREA: [f64; 4] = [74.0, 706.0, 12.0, 330.0];
 /// Colours that people with any colour vision can tell apart (Okabe & Ito 2008), and grey. Each goes with a form.
-const COLOURS: [&str; 8] =
-    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#787878"];
+const COLOURS: [&str; 8] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#787878"];
 /// Forms of points.
 const FORMS: usize = 4;
 
@@ -98,11 +97,17 @@ impl Axis {
         (value.log10() - self.from) / (self.to - self.from)
     }
 
-    /// Round values on the axis: 1, 2 and 5 of each decade, or decades alone where there are many.
+    /// Round values on the axis: 1, 2 and 5 of each decade, more of them where there is less than one, and decades alone
+    /// where there are many.
     fn ticks(self) -> Vec<f64> {
         let (first, last) = (self.from.floor() as i32, self.to.ceil() as i32);
-        let steps: &[f64] = if self.to - self.from > 2.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
-        let every = ((self.to - self.from) / 9.0).ceil().max(1.0) as i32;
+        let span = self.to - self.from;
+        let steps: &[f64] = match span {
+            ..0.8 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
+            0.8..2.5 => &[1.0, 2.0, 5.0],
+            _ => &[1.0],
+        };
+        let every = (span / 9.0).ceil().max(1.0) as i32;
         let decades = (first..=last).filter(|d| d.rem_euclid(every) == 0);
         let all = decades.flat_map(|d| steps.iter().map(move |s| s * 10.0_f64.powi(d)));
         all.filter(|v| (0.0..=1.0).contains(&self.share(*v))).collect()
@@ -114,9 +119,9 @@ fn tick(value: f64) -> String {
         return limit(value);
     }
     let exponent = (value.log10() + 1e-9).floor();
-    let digit = (value / 10.0_f64.powf(exponent)).round();
+    let digit = (10.0 * value / 10.0_f64.powf(exponent)).round() / 10.0;
     let power = power_of_ten(exponent as i32);
-    if (digit - 1.0).abs() < 0.5 { power } else { format!("{digit}·{power}") }
+    if (digit - 1.0).abs() < 0.05 { power } else { format!("{digit}·{power}") }
 }
 
 fn svg(scatter: &Scatter<'_>, x: Axis, y: Axis) -> Markup {
@@ -177,7 +182,9 @@ fn mark(x: f64, y: f64, style: usize) -> Markup {
         html! { polygon points=(points.join(" ")) fill=(colour(style)) stroke="#fff" stroke-width="0.8" {} }
     };
     match style % FORMS {
-        0 => html! { circle cx=(format!("{x:.1}")) cy=(format!("{y:.1}")) r="5" fill=(colour(style)) stroke="#fff" stroke-width="0.8" {} },
+        0 => {
+            html! { circle cx=(format!("{x:.1}")) cy=(format!("{y:.1}")) r="5" fill=(colour(style)) stroke="#fff" stroke-width="0.8" {} }
+        }
         1 => polygon(&[(-4.6, -4.6), (4.6, -4.6), (4.6, 4.6), (-4.6, 4.6)]),
         2 => polygon(&[(0.0, -6.0), (5.6, 4.2), (-5.6, 4.2)]),
         _ => polygon(&[(0.0, -6.4), (6.0, 0.0), (0.0, 6.4), (-6.0, 0.0)]),
@@ -211,8 +218,16 @@ mod tests {
 
     #[test]
     fn any_points_draw() {
-        let wild = vec![(0.0, 1.0, "a"), (f64::NAN, 1.0, "b"), (1.0, f64::INFINITY, "c"), (-1.0, 2.0, "d"), (1e-310, 1.0, "e")];
-        for points in [wild, Vec::new(), vec![(1.0, 1.0, "<one>")], vec![(1e-200, 1e200, "far"), (1e200, 1e-200, "apart")]] {
+        let wild = vec![
+            (0.0, 1.0, "a"),
+            (f64::NAN, 1.0, "b"),
+            (1.0, f64::INFINITY, "c"),
+            (-1.0, 2.0, "d"),
+            (1e-310, 1.0, "e"),
+        ];
+        for points in
+            [wild, Vec::new(), vec![(1.0, 1.0, "<one>")], vec![(1e-200, 1e200, "far"), (1e200, 1e-200, "apart")]]
+        {
             let page = drawn(points);
             assert_well_formed(&format!("<!DOCTYPE html>{page}"));
             assert!(!page.contains("NaN") && !page.contains("inf"), "{page}");
@@ -224,6 +239,7 @@ mod tests {
         let ticks = |from: f64, to: f64| Axis { from: from.log10(), to: to.log10() }.ticks();
         assert_eq!(ticks(0.9, 12.0).iter().map(|t| tick(*t)).collect::<Vec<_>>(), ["1", "2", "5", "10"]);
         assert!(ticks(1e-14, 1.0).len() <= 10);
+        assert_eq!(ticks(2.9e-3, 5.9e-3).iter().map(|t| tick(*t)).collect::<Vec<_>>(), ["0.003", "0.004", "0.005"]);
         assert_eq!([2e-5, 1e-4, 0.05, 1e6].map(tick), ["2·10⁻⁵", "10⁻⁴", "0.05", "10⁶"]);
     }
 }

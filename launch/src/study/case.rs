@@ -24,13 +24,6 @@ pub(crate) struct Case {
     pub(crate) gates: Vec<Gate>,
 }
 
-impl Case {
-    /// What the order of convergence is about.
-    pub(crate) fn axis(&self) -> Option<&Factor> {
-        self.vary.last()
-    }
-}
-
 /// A value of the scene that is varied.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Factor {

@@ -2,15 +2,17 @@
 
 use super::case::{Case, Comparison, Invariant, Kind, Measure, Quantity, Reference};
 use super::design::Settings;
-use super::outcome::Class;
+use super::outcome::{Class, complaints};
 use super::result::{CaseResult, Cost, Group, Measured, Row};
 use super::trial::Trial;
 use super::{front, gate, norm, order};
 use crate::folder::curves::Table;
 use crate::folder::summary::Summary;
 
-/// The key of which the coupling error depends.
-const WINDOW: &str = "clock.window";
+/// The key on which the coupling error depends.
+pub(crate) const WINDOW: &str = "clock.window";
+/// Errors below are made of roundings and have no order.
+const ROUNDING: f64 = 1e-12;
 
 /// The repetitions of one combination.
 #[derive(Debug)]
@@ -46,8 +48,8 @@ pub(crate) fn evaluate(case: &Case, finished: &[Finished]) -> CaseResult {
         (last.error, last.errors) = (None, vec![None; quantities.len()]);
     }
     let groups = groups(&rows);
-    if case.axis().is_some_and(|axis| axis.key == WINDOW) && !against_finest {
-        split(&mut rows, &groups, &quantities, finished);
+    if !against_finest {
+        split(&mut rows, &quantities, finished);
     }
     let costs: Vec<_> = rows.iter().map(Row::work_and_error).collect();
     CaseResult {
@@ -116,7 +118,7 @@ fn row(finished: &Finished, quantities: &[Quantity], all: &[Finished]) -> Row {
     row.substeps = Some(summary.processes.iter().map(|p| p.substeps).sum());
     row.energy_drift = energy_drift(summary, None);
     row.momentum_defect = Some(momentum_defect(summary));
-    row.counters = summary.counters.values().flat_map(|c| c.values()).sum();
+    row.complaints = complaints(summary);
     row.state_hash.clone_from(&summary.state_hash);
     row.cost = Some(cost(&finished.trials));
     let error = |quantity: &Quantity| match &quantity.kind {
@@ -188,32 +190,33 @@ fn groups(rows: &[Row]) -> Vec<Group> {
         }
     }
     for group in &mut groups {
-        let levels: Vec<_> = group.rows.iter().filter_map(|&i| Some((rows[i].axis?, rows[i].error?))).collect();
+        let levels = group.rows.iter().filter_map(|&i| Some((rows[i].axis?, rows[i].error?)));
+        let levels: Vec<_> = levels.filter(|level| level.1 > ROUNDING).collect();
         group.fit = order::fit(&levels);
     }
     groups
 }
 
-/// Tells the error of the coupling from that of the solvers: the run with the shortest window stands for a coupling
-/// without error.
-fn split(rows: &mut [Row], groups: &[Group], quantities: &[Quantity], finished: &[Finished]) {
-    let window = |i: usize, rows: &[Row]| rows[i].axis.unwrap_or(f64::INFINITY);
-    for group in groups {
-        let usable = group.rows.iter().copied().filter(|&i| rows[i].has_result());
-        let Some(finest) = usable.min_by(|&a, &b| window(a, rows).total_cmp(&window(b, rows))) else { continue };
-        let solver = rows[finest].error;
-        for &i in group.rows.iter().filter(|&&i| i != finest) {
-            let apart = |quantity: &Quantity| match &quantity.kind {
-                Kind::Probe(comparison) => {
-                    let curves = [i, finest].map(|place| finished[place].curve(&quantity.name));
-                    norm::distance(&curves[0], &curves[1], comparison)
-                }
-                Kind::Invariant(_) => None,
-            };
-            if rows[i].has_result() {
-                rows[i].error_coupling = quantities.iter().filter_map(apart).reduce(f64::max);
-                rows[i].error_solver = solver;
+/// Tells the error of the coupling from that of the solvers: of the runs that differ in the window alone, the one with
+/// the shortest stands for a coupling without error.
+fn split(rows: &mut [Row], quantities: &[Quantity], finished: &[Finished]) {
+    for i in 0..rows.len() {
+        let same = |row: &&Row| row.has_result() && row.without(WINDOW) == rows[i].without(WINDOW);
+        let windows = rows.iter().enumerate().filter(|(_, row)| same(row));
+        let windows = windows.filter_map(|(place, row)| Some((place, row.value(WINDOW)?)));
+        let Some((finest, _)) = windows.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(finest, _)| *finest != i) else {
+            continue;
+        };
+        let apart = |quantity: &Quantity| match &quantity.kind {
+            Kind::Probe(comparison) => {
+                let curves = [i, finest].map(|place| finished[place].curve(&quantity.name));
+                norm::distance(&curves[0], &curves[1], comparison)
             }
+            Kind::Invariant(_) => None,
+        };
+        if rows[i].has_result() {
+            rows[i].error_coupling = quantities.iter().filter_map(apart).reduce(f64::max);
+            rows[i].error_solver = rows[finest].error;
         }
     }
 }

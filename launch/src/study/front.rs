@@ -44,7 +44,8 @@ mod tests {
 
     #[test]
     fn only_what_nothing_beats_is_on_the_front() {
-        let costs = [Some((1.0, 0.2)), Some((2.0, 0.05)), Some((3.0, 0.06)), None, Some((4.0, 0.005)), Some((1.0, 0.3))];
+        let costs =
+            [Some((1.0, 0.2)), Some((2.0, 0.05)), Some((3.0, 0.06)), None, Some((4.0, 0.005)), Some((1.0, 0.3))];
         assert_eq!(pareto(&costs), [0, 1, 4]);
         let rows: Vec<_> = cheapest(&costs).into_iter().map(|c| c.row).collect();
         assert_eq!(rows, [Some(1), Some(4), Some(4), None]);

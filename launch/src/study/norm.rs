@@ -66,7 +66,8 @@ fn relative(pairs: &[Pair], comparison: &Comparison, difference: impl Fn(&Pair) 
     let last = pairs.last()?;
     let largest = |value: &dyn Fn(&Pair) -> f64| pairs.iter().map(value).fold(0.0, f64::max);
     let mean_square = |value: &dyn Fn(&Pair) -> f64| {
-        let (sum, time) = pairs.iter().fold((0.0, 0.0), |(sum, time), p| (sum + p.weight * value(p).powi(2), time + p.weight));
+        let (sum, time) =
+            pairs.iter().fold((0.0, 0.0), |(sum, time), p| (sum + p.weight * value(p).powi(2), time + p.weight));
         (sum / time).sqrt()
     };
     let reference = |p: &Pair| p.reference.abs();

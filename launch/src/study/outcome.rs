@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::folder::summary::Summary;
+
 /// Classes of outcomes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -24,11 +26,21 @@ pub(crate) const CLASSES: [(&str, Class); 4] = [
     ("failed", Class::Failed),
 ];
 
+/// Counters of the solvers of this project that say how much was done, not that anything went wrong. Whatever else is
+/// counted, by these solvers or by foreign ones, is a complaint.
+const WORK: [&str; 5] = ["boundary-particles", "contact-passes", "contact-places", "largest-compression-1e-6", "sorts"];
+
+/// Clamps, quarantines, overflows and the like of a run.
+pub(crate) fn complaints(summary: &Summary) -> u64 {
+    let all = summary.counters.values().flatten();
+    all.filter(|(name, _)| !WORK.contains(&name.as_str())).map(|(_, times)| times).sum()
+}
+
 impl Class {
-    /// The class of an exit code (see the README) of a run that has counted so many clamps and the like.
-    pub(crate) fn of(code: u8, counters: u64) -> Self {
+    /// The class of an exit code (see the README) of a run that has so many complaints.
+    pub(crate) fn of(code: u8, complaints: u64) -> Self {
         match code {
-            0 if counters == 0 => Self::Correct,
+            0 if complaints == 0 => Self::Correct,
             0 | 7 => Self::Degraded,
             2 | 3 | 4 | 6 => Self::Refused,
             _ => Self::Failed,

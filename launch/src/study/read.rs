@@ -5,9 +5,9 @@ use std::path::Path;
 use cosplat_core::scene::Diagnostic;
 use toml::de::{DeTable, DeValue};
 
-use super::case::{Case, Claim, Comparison, Factor, Gate, Invariant, Kind, Level, Measure, Quantity, Reference};
+use super::case::{Case, Comparison, Factor, Invariant, Kind, Level, Measure, Quantity, Reference};
 use super::formula::Formula;
-use super::outcome::CLASSES;
+use super::read_gate::gates;
 use super::section::{Item, Reading, Section};
 use super::table::{self, Part};
 use crate::exit::{Code, Error, Problem};
@@ -68,7 +68,11 @@ fn read(file: &Path, root: &Section<'_>) -> Option<Case> {
         title: root.get("title").and_then(|i| i.text()).map_or_else(|| name.clone(), str::to_owned),
         name,
         scene: scene.and_then(|item| self::scene(&item, folder)).unwrap_or_default(),
-        source: root.need("source", "say where the reference is from").and_then(|i| i.text()).unwrap_or_default().into(),
+        source: root
+            .need("source", "say where the reference is from")
+            .and_then(|i| i.text())
+            .unwrap_or_default()
+            .into(),
         gates: gates(root, &quantities, &vary),
         quantities,
         vary,
@@ -189,78 +193,9 @@ fn vary(root: &Section<'_>) -> Vec<Factor> {
     top.leaves().iter().map(factor).collect()
 }
 
-fn gates(root: &Section<'_>, quantities: &[Quantity], vary: &[Factor]) -> Vec<Gate> {
-    let Some(item) = root.get("gate") else { return Vec::new() };
-    item.items().iter().filter_map(|item| item.table(|section| gate(section, quantities, vary))).collect()
-}
-
-fn gate(section: &Section<'_>, quantities: &[Quantity], vary: &[Factor]) -> Option<Gate> {
-    let place = section.get("where").map(|item| place(&item, vary)).unwrap_or_default();
-    let quantity = section.get("quantity").and_then(|item| {
-        let name = item.text()?;
-        if quantities.iter().all(|q| q.name != name) {
-            let names = quantities.iter().map(|q| q.name.as_str());
-            item.error_with("is none of the quantities of this case", Some(format!("there are {}", list(names))));
-        }
-        Some(name.to_owned())
-    });
-    let claims = [section.get("order"), section.get("error"), section.get("outcome")];
-    let claim = match claims.each_ref().map(Option::as_ref) {
-        [Some(order), None, None] => order_range(order, vary, &place)?,
-        [None, Some(_), None] => Claim::Error(section.positive("error")?),
-        [None, None, Some(outcome)] => Claim::Outcome(outcome.word(&CLASSES)?),
-        _ => {
-            let help = "write `order = [1.9, 2.1]`, `error = 0.02` or `outcome = \"refused\"`";
-            section.error("must claim one thing".into(), Some(help.into()));
-            return None;
-        }
-    };
-    let reason = section.need("reason", "say why this must hold: the order of the scheme, a published figure")?;
-    Some(Gate { r#where: place, quantity, claim, reason: reason.text()?.to_owned() })
-}
-
-fn order_range(item: &Item<'_>, vary: &[Factor], place: &[(String, String)]) -> Option<Claim> {
-    let numbers: Vec<f64> = item.items().iter().filter_map(Item::number).collect();
-    let axis = vary.last().filter(|f| f.values.iter().filter(|v| v.number().is_some()).count() > 1);
-    if axis.is_none_or(|axis| place.iter().any(|(key, _)| *key == axis.key)) {
-        item.error("needs several numbers of the last key of `[vary]`, and no fixed value of it in `where`");
-    }
-    match numbers.as_slice() {
-        [least, most] if least <= most => Some(Claim::Order([*least, *most])),
-        _ => {
-            item.error("must be the smallest and the largest order that pass, as in [1.9, 2.1]");
-            None
-        }
-    }
-}
-
-/// The runs that a gate is about.
-fn place(item: &Item<'_>, vary: &[Factor]) -> Vec<(String, String)> {
-    let top = Item { path: String::new(), ..item.clone() };
-    let mut found = Vec::new();
-    for leaf in top.leaves() {
-        let level = Level::of(leaf.raw());
-        match vary.iter().find(|factor| factor.key == leaf.path) {
-            None => {
-                let keys = || vary.iter().map(|factor| factor.key.as_str());
-                let help = match near_miss(&leaf.path, keys()) {
-                    Some(near) => format!("did you mean `{near}`?"),
-                    None => format!("varied are {}", list(keys())),
-                };
-                leaf.error_with("is not varied", Some(help));
-            }
-            Some(factor) if !factor.values.iter().any(|value| value.shown == level.shown) => {
-                let values = factor.values.iter().map(|value| value.shown.as_str());
-                leaf.error_with(&format!("is never {}", level.shown), Some(format!("its values are {}", list(values))));
-            }
-            Some(_) => found.push((leaf.path.clone(), level.shown)),
-        }
-    }
-    found
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::case::Claim;
     use super::*;
 
     const CASE: &str = r#"
@@ -300,8 +235,8 @@ reason = "exact flow"
     fn a_case_is_read() {
         let case = parse(Path::new("a/x.study.toml"), CASE).unwrap();
         assert_eq!((case.name.as_str(), case.scene.as_str(), case.vary.len()), ("x", "oscillator", 2));
-        assert_eq!(case.axis().unwrap().key, "clock.window");
-        assert_eq!(case.axis().unwrap().values[1].shown, "0.01");
+        assert_eq!(case.vary.last().unwrap().key, "clock.window");
+        assert_eq!(case.vary.last().unwrap().values[1].shown, "0.01");
         assert_eq!(case.gates[0].claim, Claim::Order([0.9, 1.1]));
         assert_eq!(case.gates[1].r#where, [("clock.window".to_owned(), "0.01".to_owned())]);
         assert!(matches!(case.quantities[1].kind, Kind::Invariant(Invariant::Energy { scale: None })));
@@ -319,7 +254,10 @@ reason = "exact flow"
         let found = mistakes(&broken);
         let expected = [(4, "oscillator"), (8, "`x` is unknown"), (9, "did you mean `measure`?")];
         for (line, text) in expected {
-            assert!(found.iter().any(|(at, message)| *at == line && message.contains(text)), "{line} {text}: {found:?}");
+            assert!(
+                found.iter().any(|(at, message)| *at == line && message.contains(text)),
+                "{line} {text}: {found:?}"
+            );
         }
         assert!(found.iter().any(|(_, m)| m.contains("`reason` is missing")), "{found:?}");
         assert!(found.iter().any(|(_, m)| m.contains("is not varied") && m.contains("clock.window")), "{found:?}");

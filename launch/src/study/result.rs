@@ -68,9 +68,9 @@ pub(crate) struct Row {
     pub(crate) error: Option<f64>,
     /// Error of each quantity.
     pub(crate) errors: Vec<Option<f64>>,
-    /// Distance from the run of the same group with the shortest window, where the axis is the window.
+    /// Distance from the run with the shortest window and all else the same, where windows are varied.
     pub(crate) error_coupling: Option<f64>,
-    /// Error of that run: what is left when the coupling is as good as it gets here.
+    /// Error of that run: what the solvers leave when the coupling is as good as it gets here.
     pub(crate) error_solver: Option<f64>,
     /// What it took, where it has a result.
     pub(crate) cost: Option<Cost>,
@@ -82,8 +82,8 @@ pub(crate) struct Row {
     pub(crate) energy_drift: Option<f64>,
     /// Worst momentum defect of its interfaces.
     pub(crate) momentum_defect: Option<f64>,
-    /// Clamps, quarantines, overflows and the like.
-    pub(crate) counters: u64,
+    /// Clamps, quarantines, overflows and the like; counts of work done are not in it.
+    pub(crate) complaints: u64,
     /// Chain of all states.
     pub(crate) state_hash: Option<String>,
     /// Folder of its first repetition.
@@ -122,10 +122,21 @@ impl Row {
         matches!(self.outcome, Some(Class::Correct | Class::Degraded))
     }
 
-    /// Time and error, where it can be recommended.
+    /// Time and error, where it can be recommended: its verdicts are good. What it has clamped is in its error.
     pub(crate) fn work_and_error(&self) -> Option<(f64, f64)> {
-        let is_good = self.outcome == Some(Class::Correct);
+        let is_good = self.has_result() && self.exit_code == 0;
         Some((self.cost.as_ref()?.wall_s, self.error?)).filter(|(_, error)| is_good && error.is_finite())
+    }
+
+    /// Value of what was varied, where it is a number.
+    pub(crate) fn value(&self, key: &str) -> Option<f64> {
+        self.settings.iter().find(|(k, _)| k == key)?.1.parse().ok()
+    }
+
+    /// All settings but one, for people.
+    pub(crate) fn without(&self, key: &str) -> String {
+        let others = self.settings.iter().filter(|(k, _)| k != key);
+        others.map(|(key, value)| format!("{key}={value}")).collect::<Vec<_>>().join(" ")
     }
 
     /// All settings, for people.
@@ -167,6 +178,14 @@ impl CaseResult {
     /// Name of the axis.
     pub(crate) fn axis(&self) -> Option<&str> {
         self.vary.last().map(|factor| factor.key.as_str())
+    }
+
+    /// Orders that are known to half an order, for tables of many cases.
+    pub(crate) fn orders(&self) -> String {
+        let fits = self.groups.iter().filter_map(|group| group.fit.as_ref());
+        let known = fits.filter(|fit| fit.plus_minus.is_some_and(|half| half < 0.5));
+        let orders: Vec<String> = known.map(|fit| format!("{:.2}", fit.order)).collect();
+        if orders.is_empty() { "–".into() } else { orders.join(", ") }
     }
 
     /// Smallest error of all runs that can be recommended.

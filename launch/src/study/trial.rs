@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use tokio::process::Command;
 
-use super::outcome::Class;
+use super::outcome::{Class, complaints};
 use crate::exit::{Code, Error};
 use crate::folder::curves::Table;
 use crate::folder::summary::Summary;
@@ -42,8 +42,7 @@ pub(crate) struct End {
 impl Trial {
     /// How it counts.
     pub(crate) fn class(&self) -> Class {
-        let counters = |s: &Summary| s.counters.values().flat_map(|c| c.values()).sum();
-        let class = Class::of(self.end.code, self.summary.as_ref().map_or(0, counters));
+        let class = Class::of(self.end.code, self.summary.as_ref().map_or(0, complaints));
         let has_result = self.summary.is_some();
         if matches!(class, Class::Correct | Class::Degraded) && !has_result { Class::Failed } else { class }
     }

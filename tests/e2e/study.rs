@@ -1,0 +1,148 @@
+//! Does a study recover what is known? The partitioned oscillator through real processes: the orders of its schemes, the
+//! files that a study leaves, a gate that turns red, and runs that are not made twice.
+
+mod support;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+/// Orders of Schüller, Rodenberg, Uekermann, Bungartz (2022); an interval of ±5 % is what windows of 20 to 5 ms leave of
+/// the terms of higher order.
+const CASE: &str = r#"
+format = 1
+title = "Orders of the link schemes"
+scene = "oscillator"
+source = "Schüller et al. 2022"
+
+[[quantity]]
+probe = "left.x"
+exact = "0.5*(cos(2*PI*t) + cos(6*PI*t))"
+
+[[quantity]]
+probe = "right.x"
+exact = "0.5*(cos(2*PI*t) - cos(6*PI*t))"
+
+[vary]
+"clock.link_scheme" = ["parallel", "serial", "alternating"]
+"clock.window" = [0.01, 0.005, 0.0025]
+
+[[gate]]
+where = { "clock.link_scheme" = "parallel" }
+order = [0.95, 1.05]
+reason = "first order"
+
+[[gate]]
+where = { "clock.link_scheme" = "serial" }
+order = [0.95, 1.05]
+reason = "first order"
+
+[[gate]]
+where = { "clock.link_scheme" = "alternating" }
+order = [1.95, 2.05]
+reason = "second order"
+"#;
+
+fn study(folder: &Path, args: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_cosplat"));
+    command.arg("study").args(args).current_dir(folder).stdin(Stdio::null());
+    command.output().expect("cosplat starts")
+}
+
+#[track_caller]
+fn answer(output: &Output, code: i32) -> Value {
+    let talk = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{talk}\n{}", String::from_utf8_lossy(&output.stdout));
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {talk}"))
+}
+
+const QUIET: [&str; 5] = ["--runs", "1", "--quiet", "--format", "json"];
+
+#[test]
+fn a_study_recovers_known_orders_and_does_nothing_twice() {
+    let place = tempfile::tempdir().expect("a scratch folder");
+    let file = place.path().join("c1.study.toml");
+    fs::write(&file, CASE).expect("the case can be written");
+    let args = [&["c1.study.toml", "--out", "result"], QUIET.as_slice()].concat();
+    let first = answer(&study(place.path(), &args), 0);
+    let case = &first["cases"][0];
+    for (group, order) in [(0, 1.0), (1, 1.0), (2, 2.0)] {
+        let fit = &case["groups"][group]["fit"];
+        let found = fit["order"].as_f64().expect("three levels have an order");
+        assert!((found - order).abs() < 0.05, "{fit}");
+        assert!(fit["plus_minus"].as_f64().is_some_and(|half| half < 0.5), "{fit}");
+    }
+    let rows = case["rows"].as_array().expect("there are runs");
+    assert!(rows.iter().all(|row| row["outcome"] == "correct" && row["cached"] == 0), "{rows:?}");
+    // Coupling alone makes the error here: the distance from the finest window and its error add up to it.
+    let number = |row: &Value, key: &str| row[key].as_f64().unwrap_or(f64::NAN);
+    let parts = number(&rows[0], "error_coupling") + number(&rows[0], "error_solver");
+    assert!((parts / number(&rows[0], "error") - 1.0).abs() < 0.1, "{}", rows[0]);
+    let table = fs::read_to_string(place.path().join("result/study.csv")).expect("there is a table");
+    assert_eq!(table.lines().count(), 1 + rows.len(), "{table}");
+    assert!(table.starts_with("case,clock.link_scheme,clock.window,"), "{table}");
+    let page = fs::read_to_string(place.path().join("result/study.html")).expect("there is a page");
+    assert!(page.contains("Error against run time") && !page.contains("<script"), "the page has its diagram");
+    let kept: Value = serde_json::from_slice(&fs::read(place.path().join("result/study.json")).expect("there is"))
+        .expect("`study.json` is JSON");
+    assert_eq!(kept, first);
+
+    let began = Instant::now();
+    // The gate that is wrong now turns the same runs red.
+    fs::write(&file, CASE.replace("[1.95, 2.05]", "[2.5, 3.0]")).expect("the case can be written");
+    let second = answer(&study(place.path(), &args), 7);
+    assert!(began.elapsed() < Duration::from_secs(8), "nothing was to run: {:?}", began.elapsed());
+    assert!(second["cases"][0]["rows"].as_array().is_some_and(|rows| rows.iter().all(|row| row["cached"] == 1)));
+    let gates = second["cases"][0]["gates"].as_array().expect("gates are judged");
+    assert_eq!(gates.iter().map(|gate| gate["passed"] == true).collect::<Vec<_>>(), [true, true, false]);
+}
+
+#[test]
+fn runs_that_cannot_be_made_are_results_and_mistakes_are_shown_at_once() {
+    let place = tempfile::tempdir().expect("a scratch folder");
+    let vary = ["oscillator", "--vary", "clock.window=-1,0.02,0.01", "--out", "result"];
+    let answer = answer(&study(place.path(), &[&vary, QUIET.as_slice()].concat()), 0);
+    let rows = answer["cases"][0]["rows"].as_array().expect("there are runs");
+    assert_eq!(rows[0]["outcome"], "refused");
+    assert!(rows[0]["why"].as_str().is_some_and(|why| why.contains("window")), "{}", rows[0]);
+    assert!(rows[1]["error"].as_f64().is_some_and(|error| error > 0.0), "{}", rows[1]);
+    // The finest run is the reference of a scene that has none.
+    assert_eq!(rows[2]["error"], Value::Null);
+
+    let broken = CASE.replace("probe = \"left.x\"", "prob = \"left.x\"").replace("cos(6*PI*t))\"", "cos(6*PI*t)\"");
+    fs::write(place.path().join("broken.study.toml"), broken).expect("the case can be written");
+    let output = study(place.path(), &["broken.study.toml"]);
+    let talk = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{talk}");
+    for part in ["broken.study.toml:8", "did you mean `probe`", "`)` is missing"] {
+        assert!(talk.contains(part), "{part}\n{talk}");
+    }
+}
+
+#[test]
+fn ctrl_c_ends_a_study_and_its_run() {
+    let place = tempfile::tempdir().expect("a scratch folder");
+    let token = format!("study-{}", std::process::id());
+    let mut command = Command::new(env!("CARGO_BIN_EXE_cosplat"));
+    let args =
+        ["study", "oscillator", "--vary", "clock.window=0.0001", "--vary", "clock.duration=1000,2000", "--quiet"];
+    command.args(args).current_dir(place.path()).env("COSPLAT_E2E_TOKEN", &token).stdin(Stdio::null());
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("cosplat starts");
+    let deadline = Instant::now() + Duration::from_secs(20);
+    // The study, its run, and the two solvers of the run.
+    while support::processes_with(&token).len() < 4 {
+        assert!(Instant::now() < deadline, "the run never began");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    support::send_signal("INT", child.id());
+    let status = child.wait().expect("it can be waited for");
+    assert_eq!(status.code(), Some(130));
+    let deadline = Instant::now() + Duration::from_secs(3);
+    while !support::processes_with(&token).is_empty() {
+        assert!(Instant::now() < deadline, "something is left running");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
