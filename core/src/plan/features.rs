@@ -8,6 +8,8 @@ use crate::scene::{Action, Body, Link, Material, PairSpec, ProbeQuantity, Scene,
 
 /// Feature of a plugin whose bodies can touch static colliders.
 const STATICS: &str = "statics";
+/// Feature of a plugin among whose static colliders may be terrain.
+const HEIGHT_FIELDS: &str = "height-fields";
 
 /// Key of a body's source in scenes and descriptors.
 pub fn source_kind(source: &Source) -> &'static str {
@@ -65,6 +67,10 @@ pub(super) fn check(scene: &Scene, participant: &Participant, plugin: &Descripto
         for wall in said_walls(scene, body).filter(|_| !plugin.has_feature(STATICS)) {
             refuse(format!("pair `{}~{wall}`", body.name), "static colliders");
         }
+    }
+    let terrain = scene.statics.iter().find(|s| matches!(s.source, Source::HeightField { .. }));
+    if let Some(terrain) = terrain.filter(|_| plugin.has_feature(STATICS) && !plugin.has_feature(HEIGHT_FIELDS)) {
+        refuse(format!("static `{}`", terrain.name), "terrain from `height_field`");
     }
     if scene.space != Space::Full && !plugin.has_feature("slab") {
         refuse("space".to_owned(), "two-dimensional slabs");

@@ -47,7 +47,7 @@ struct Run<R: Real> {
 impl<R: Real> Plugin for Mpm<R> {
     fn describe(&self) -> Descriptor {
         let double = size_of::<R>() == 8;
-        let features = ["statics", "gravity", "acceleration-field", "point-force", "impulse"];
+        let features = ["statics", "height-fields", "gravity", "acceleration-field", "point-force", "impulse"];
         Descriptor {
             name: if double { "mpm-f64" } else { "mpm" }.into(),
             version: env!("CARGO_PKG_VERSION").into(),

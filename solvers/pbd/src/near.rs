@@ -90,7 +90,7 @@ impl Speeds {
 pub(crate) fn radius(shape: &Shape) -> f64 {
     match shape {
         Shape::Plane(half) => half.map_or(0.0, |[a, b]| a.hypot(b)),
-        // Refused before: cloth does not know terrain yet.
+        // The plan refuses it: cloth lacks the feature.
         Shape::HeightField(_) => 0.0,
         Shape::Box(half) => norm(*half),
         Shape::Sphere(radius) => *radius,

@@ -34,7 +34,16 @@ struct Run {
 impl Plugin for Rigid {
     fn describe(&self) -> Descriptor {
         let summary = "Rigid bodies with contact, friction and joints; contacts by rapier3d";
-        let features = ["statics", "joints", "prescribed", "gravity", "acceleration-field", "point-force", "impulse"];
+        let features = [
+            "statics",
+            "height-fields",
+            "joints",
+            "prescribed",
+            "gravity",
+            "acceleration-field",
+            "point-force",
+            "impulse",
+        ];
         Descriptor {
             body_kinds: ["box", "sphere", "cylinder", "mesh"].map(String::from).into(),
             materials: vec!["rigid".into()],
