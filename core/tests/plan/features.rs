@@ -171,6 +171,21 @@ fn a_static_collider_that_a_plugin_cannot_take_is_left_out_unless_the_scene_asks
 }
 
 #[test]
+fn terrain_is_refused_by_name_where_a_plugin_takes_only_other_statics() {
+    let mut scene = scene([body("y", "rigid", RIGID)]);
+    scene.statics = vec![floor()];
+    scene.statics[0].source =
+        Source::HeightField { file: "hill.obj".to_owned(), metres_per_unit: 1.0, up: "+z".to_owned() };
+    let mut plugins = plugins();
+    let refusals = build(&scene, &plugins, 1).expect_err("its statics are others");
+    assert_eq!((refusals.len(), refusals[0].what.as_str()), (1, "static `floor`"));
+    if let Some(rigid) = plugins.get_mut("rigid") {
+        rigid.features.push("height-fields".to_owned());
+    }
+    assert!(build(&scene, &plugins, 1).is_ok());
+}
+
+#[test]
 fn each_solver_is_told_about_its_own_part_only() {
     let mut scene = joined(&["a", "b"]);
     scene.bodies.push(body("c", "a", RIGID));
