@@ -73,7 +73,7 @@ fn a_capture_becomes_a_body() {
     assert!((1..=8).contains(&report.cloud.stray), "{}", report.cloud.stray);
     assert_eq!((report.visible_unbound, &body.unbound[..]), (1, &[7_u32][..]));
     assert_eq!(report.bound + body.unbound.len(), body.splats.len());
-    // The pot is 0.1 m high and has a radius of 0.05 m. Cells on its wall count in full: a shell of up to 5 mm.
+    // The pot is 0.1 m high and has a radius of 0.05 m. A wall of random points bulges by up to a cell.
     let pot = PI * 0.05 * 0.05 * 0.1;
     let shell = PI * 0.055 * 0.055 * 0.11;
     println!("{report:?}");

@@ -31,6 +31,9 @@ const MOST: f64 = 2e8;
 /// Sizes of voxels that are tried, in units of the spacing.
 const PITCHES: [f64; 4] = [1.0, 1.5, 2.25, 3.4];
 
+/// Surface points that say how deep a lattice point lies: in a crease the nearest alone may face the wrong way.
+const AROUND: usize = 5;
+
 type Points = Vec<[f32; 3]>;
 
 /// How a body is filled.
@@ -42,7 +45,7 @@ pub struct Settings {
     pub opacity: f64,
     /// Smallest distance of a proxy from the surface, in units of h.
     pub margin: f64,
-    /// Largest standard deviation of the surface's Gaussians near a proxy, times this, is a margin too.
+    /// Largest standard deviation at the surface points nearest to a proxy, times this, is a margin too.
     pub sigmas: f64,
     /// The margin from standard deviations ends here, in units of h: haze has blobs of any size.
     pub largest_margin: f64,
@@ -138,11 +141,10 @@ pub fn fill(splats: &Splats, settings: &Settings) -> Result<Filling, FillError> 
                 }
                 let place: [f32; 3] = p.map(|v| v as f32).into();
                 inside.push(place);
-                grid.nearest(p, 1, &mut found);
-                let Some(&(_, nearest)) = found.first() else { continue };
-                let nearest = nearest as usize;
-                let spread = (settings.sigmas * surface.sigmas[nearest]).min(settings.largest_margin * h);
-                if surface.depth(nearest, p) >= spread.max(settings.margin * h) {
+                grid.nearest(p, AROUND, &mut found);
+                let spread = found.iter().map(|n| surface.sigmas[n.1 as usize]).fold(0.0, f64::max);
+                let spread = (settings.sigmas * spread).min(settings.largest_margin * h);
+                if surface.depth(&found, p) >= spread.max(settings.margin * h) {
                     proxies.push(place);
                 }
             }

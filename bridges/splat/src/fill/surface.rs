@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::ground::underside;
 use super::voxels::Voxels;
-use crate::grid::Grid;
+use crate::grid::{Grid, Near};
 use crate::linalg::{svd, wide};
 use crate::splats::Splats;
 
@@ -90,12 +90,16 @@ impl Surface {
         self
     }
 
-    /// How far a point is behind the surface at the surface point nearest to it: behind its tangent plane, and not
-    /// farther than the point itself.
-    pub(super) fn depth(&self, nearest: usize, p: Vector3<f64>) -> f64 {
-        let arm = wide(self.points[nearest]) - p;
-        let distance = arm.norm();
-        if self.confidence[nearest] < 0.5 { distance } else { distance.min(self.normals[nearest].dot(&arm)) }
+    /// How far a point is behind the surface at the surface points nearest to it: behind all their tangent planes, and
+    /// not farther than the nearest itself. Points that do not know which way is out have no say; where none knows, as
+    /// in a slit, the depth is zero.
+    pub(super) fn depth(&self, nearest: &[Near], p: Vector3<f64>) -> f64 {
+        let distance = nearest.first().map_or(0.0, |n| n.0.sqrt());
+        let mut knowing = nearest.iter().map(|n| n.1 as usize).filter(|&i| self.confidence[i] >= 0.5).peekable();
+        if knowing.peek().is_none() {
+            return 0.0;
+        }
+        knowing.map(|i| self.normals[i].dot(&(wide(self.points[i]) - p))).fold(distance, f64::min)
     }
 }
 

@@ -6,6 +6,7 @@ use cosplat_core::asset::ParticleCloud;
 use nalgebra::Vector3;
 
 use super::islands::{Cell, join};
+use super::share::volumes;
 use crate::fill::{FillError, Settings, fill};
 use crate::linalg::wide;
 use crate::splats::Splats;
@@ -23,15 +24,18 @@ const FARTHEST: f64 = 1e9;
 pub struct CloudReport {
     /// Particles inside the surface.
     pub inside: usize,
-    /// Particles on what is thinner than a spacing: leaves, stalks, cloth.
+    /// Particles on the surface, outside what counts as inside: the skin of what is solid, and all of what is thinner
+    /// than a spacing, as leaves, stalks and cloth are.
     pub sheet: usize,
+    /// Particles outside that are beside inside ones and share their volume.
+    pub skin: usize,
     /// Particles put between pieces that the capture saw apart.
     pub bridges: usize,
     /// Cells with Gaussians that are no part of the body: specks, and pieces too far from it.
     pub stray: usize,
-    /// Volume of all particles \[m³\]. What is thinner than a spacing counts as one spacing thick.
+    /// Volume of all particles \[m³\]: what is inside, and what is thinner than a spacing, which counts as one thick.
     pub volume_m3: f64,
-    /// Volume of the particles inside the surface \[m³\].
+    /// Volume inside the surface \[m³\], which its skin shares.
     pub inside_volume_m3: f64,
     /// Height of the underside in the body's frame \[m\]: no particle lies below.
     pub base_m: f64,
@@ -39,8 +43,8 @@ pub struct CloudReport {
     pub two_sided: usize,
 }
 
-/// One particle of volume h³ in each cell of the lattice k h … (k + 1) h that is inside, in its middle, or that holds
-/// Gaussians opaque enough to be surface, in the middle of those.
+/// One particle in each cell of the lattice k h … (k + 1) h that is inside, in its middle, or that holds
+/// Gaussians opaque enough to be surface, in the middle of those. Volumes are those of [`volumes`].
 pub(super) fn cloud(splats: &Splats, settings: &Settings) -> Result<(ParticleCloud, CloudReport), FillError> {
     let h = settings.spacing;
     let farthest = splats.positions.iter().flatten().fold(0.0_f64, |f, v| f.max(f64::from(v.abs())));
@@ -66,23 +70,22 @@ pub(super) fn cloud(splats: &Splats, settings: &Settings) -> Result<(ParticleClo
         all.iter().chain(&joined.bridges).filter(|c| !joined.stray.contains(*c)).copied().collect();
     let middle = |c: &Cell| [2, 1, 0].map(|k| (f64::from(c[k]) + 0.5) * h);
     let place = |c: &Cell| sheet.get(c).map_or_else(|| middle(c), |(sum, n)| (sum / *n).into());
-    let volume = h.powi(3);
+    let each = h.powi(3);
+    let (shares, skin) = volumes(&body, &inside);
+    let volume_m3: Vec<f64> = shares.into_iter().map(|v| v * each).collect();
     let within = body.iter().filter(|c| inside.contains(*c)).count();
     let report = CloudReport {
         inside: within,
         sheet: body.iter().filter(|c| sheet.contains_key(*c)).count(),
+        skin,
         bridges: joined.bridges.len(),
         stray: joined.stray.len(),
-        volume_m3: body.len() as f64 * volume,
-        inside_volume_m3: within as f64 * volume,
+        volume_m3: volume_m3.iter().sum(),
+        inside_volume_m3: within as f64 * each,
         base_m: body.first().map_or(0.0, |c| f64::from(c[0]) * h),
         two_sided: filling.two_sided,
     };
-    let cloud = ParticleCloud {
-        spacing_m: h,
-        position_m: body.iter().map(place).collect(),
-        volume_m3: vec![volume; body.len()],
-    };
+    let cloud = ParticleCloud { spacing_m: h, position_m: body.iter().map(place).collect(), volume_m3 };
     Ok((cloud, report))
 }
 

@@ -5,6 +5,7 @@
 
 mod cloud;
 mod islands;
+mod share;
 mod shown;
 
 use std::path::Path;
