@@ -7,9 +7,12 @@ use std::f64::consts::PI;
 
 use common::{Random, data};
 use cosplat_core::boundary::Vec3;
+use cosplat_core::scene::Fill;
 use cosplat_mesh::{Prepared, SignedDistance, surface_samples};
-use cosplat_splat::fill::{Settings, fill};
+use cosplat_splat::bind::Frame;
+use cosplat_splat::fill::{FillError, Settings, fill, physgaussian};
 use cosplat_splat::format::Decoded;
+use cosplat_splat::skin::Limits;
 use cosplat_splat::stage::{Recipe, Staged};
 use cosplat_splat::surfel::{Sample, surfels};
 use cosplat_splat::{Axes, OutputFrame, Splats};
@@ -156,8 +159,100 @@ fn particles_of_a_body_have_its_volume() {
         assert!(body.cloud.volume_m3.iter().all(|v| *v > 0.0));
         // Proxies are particles and no Gaussians: what is drawn is what was read, to the last bit.
         assert_eq!((&body.source, body.splats.len()), (&solid.splats, solid.splats.len()));
-        let pose = cosplat_splat::bind::Frame::identity();
+        let pose = Frame::identity();
         let shown = body.shown(&pose, &OutputFrame::of_file(&body, &pose), None).unwrap();
         assert_eq!(*shown.rest(), solid.splats);
     }
+}
+
+/// A hollow ball of Gaussians as large as the cells they are spread over: each surface cell is dense.
+fn ball(count: usize, sigma: f32) -> Splats {
+    let mut splats = sphere().splats;
+    splats = splats.select(&(0..count as u32).collect::<Vec<_>>());
+    splats.log_scales.fill([sigma.ln(); 3]);
+    splats.opacity_logits.fill(9.0);
+    splats
+}
+
+#[test]
+fn physgaussian_fills_a_closed_ball_and_says_what_it_put() {
+    let splats = ball(20_000, 0.05);
+    let settings = physgaussian::Settings::new(0.05);
+    let found = physgaussian::fill(&splats, &settings).unwrap();
+    let inside = &found.positions[found.shell..];
+    let solid = sphere();
+    let radius = |p: &[f32; 3]| (solid.distance)(p.map(f64::from)) + 1.0;
+    let farthest = inside.iter().map(radius).fold(0.0, f64::max);
+    let volume = found.inside_volume / (4.0 / 3.0 * PI);
+    println!(
+        "ball: {} shell, {} inside, {volume:.3} of the volume, to a radius of {farthest:.3}",
+        found.shell,
+        inside.len()
+    );
+    // Dense cells are not empty: two sigma and a cell of wall are missing on either side, and nothing is outside.
+    assert!(farthest < 1.0 && (0.7..1.0).contains(&volume));
+    assert_eq!(found.kernels.len(), found.positions.len());
+    assert_eq!(found, physgaussian::fill(&splats, &settings).unwrap());
+    let other = physgaussian::fill(&splats, &physgaussian::Settings { seed: 1, ..settings }).unwrap();
+    assert!(other.positions != found.positions && other.positions.len() == found.positions.len());
+    let few = physgaussian::fill(&splats, &physgaussian::Settings { most: 100, ..settings }).unwrap();
+    assert_eq!((few.positions.len(), few.left_out), (100, found.positions.len() - 100));
+}
+
+/// One covariance that is none had the published program count for hours.
+#[test]
+fn a_needle_costs_no_more_than_the_lattice() {
+    let mut splats = ball(20_000, 0.05);
+    splats.log_scales[3] = [30.0, -30.0, -30.0];
+    splats.log_scales[4] = [80.0; 3];
+    let start = std::time::Instant::now();
+    let found = physgaussian::fill(&splats, &physgaussian::Settings::new(0.05)).unwrap();
+    println!("with needles: {} cut, {:.0} ms", found.cut, start.elapsed().as_secs_f64() * 1e3);
+    assert_eq!(found.cut, 2);
+    assert!(start.elapsed().as_secs() < 10);
+    let refused = |cell| physgaussian::fill(&splats, &physgaussian::Settings::new(cell)).unwrap_err();
+    assert!(matches!(refused(1e-6), FillError::TooFine(..)));
+    assert_eq!((refused(0.0), refused(f64::NAN)), (FillError::Spacing, FillError::Spacing));
+}
+
+/// The three ways to the same body: what is drawn, and how much matter there is.
+#[test]
+fn bodies_are_filled_in_three_ways() {
+    let recipe = Recipe::new(1.0, [0.0, 0.0, 1.0], 0.1);
+    let recipe = Recipe { fill: Settings { on_ground: false, ..recipe.fill }, ..recipe };
+    let splats = ball(20_000, 0.05);
+    let made = |method| {
+        let decoded = Decoded { splats: splats.clone(), notes: Vec::new() };
+        Staged::new(decoded, &Recipe { method, ..recipe }).unwrap()
+    };
+    let [winding, physgaussian, none] = [Fill::Winding, Fill::Physgaussian, Fill::None].map(made);
+    let exact = 4.0 / 3.0 * PI;
+    for (name, body) in [("winding", &winding), ("physgaussian", &physgaussian), ("none", &none)] {
+        let volume: f64 = body.cloud.volume_m3.iter().sum();
+        println!(
+            "{name}: {} particles, {:.3} of the volume, {} drawn",
+            body.cloud.volume_m3.len(),
+            volume / exact,
+            body.source.len()
+        );
+    }
+    assert_eq!((&winding.source, &none.source), (&splats, &splats), "proxies are never drawn");
+    let count = physgaussian.cloud.position_m.len();
+    assert_eq!((physgaussian.source.len(), physgaussian.splats.len()), (count, count), "every particle is drawn");
+    let first: Vec<u32> = (0..splats.len() as u32).collect();
+    assert_eq!(physgaussian.source.select(&first), splats, "and the others keep their bits");
+    assert_eq!((none.report.cloud.inside, none.report.cloud.skin), (0, 0));
+    // A shell of one spacing and up to a cell more on either side.
+    let shell = none.report.cloud.volume_m3 / (4.0 * PI * 0.1);
+    assert!((1.0..3.0).contains(&shell), "{shell}");
+    // Whole cells of the solver's grid count, two spacings wide, wherever they hold a particle.
+    let over = physgaussian.report.cloud.volume_m3 / exact;
+    assert!((1.0..1.2_f64.powi(3) * 1.05).contains(&over), "{over}");
+    // Moved as a whole, everything goes along.
+    let pose = Frame::identity();
+    let shown = physgaussian.shown(&pose, &OutputFrame::world(), None).unwrap();
+    let now: Vec<Vec3> = physgaussian.cloud.position_m.iter().map(|p| [p[0], p[1], p[2] + 1.0]).collect();
+    let mut out = Splats::default();
+    let report = shown.deformed(&now, None, Limits::default(), &mut out).unwrap();
+    assert_eq!((report.moved, report.lost), (count, 0));
 }

@@ -3,7 +3,7 @@
 use cosplat_core::plan::schedule::{published_at_start, steps};
 use cosplat_core::plan::{Content, Plan, RECORDER};
 use cosplat_core::plugin::Descriptor;
-use cosplat_core::scene::{OutputSpec, Scene, Source};
+use cosplat_core::scene::{Fill, OutputSpec, Scene, Source};
 use cosplat_core::visual::VisualForm;
 
 use crate::cast::{LIQUID, body, elastic, plugins, scene};
@@ -19,6 +19,7 @@ fn filmed() -> Scene {
         up: "+z".into(),
         min_opacity: 0.0,
         keep_box: None,
+        fill: Fill::default(),
     };
     let mut scene = scene([body("mud", "sph", LIQUID), toy]);
     scene.clock.frames_per_second = Some(10.0);

@@ -12,7 +12,7 @@ use crate::frames::Look;
 
 impl Maker<'_> {
     pub(super) fn capture(&self, body: &Body) -> Result<Made, String> {
-        let Source::Splat { file, metres_per_unit, up, min_opacity, keep_box } = &body.source else {
+        let Source::Splat { file, metres_per_unit, up, min_opacity, keep_box, fill } = &body.source else {
             return Err("its source is no capture".to_owned());
         };
         let spacing = body.spacing_m.ok_or(
@@ -27,6 +27,7 @@ impl Maker<'_> {
         let recipe = Recipe {
             min_opacity: *min_opacity,
             keep_box: *keep_box,
+            method: *fill,
             ..Recipe::new(*metres_per_unit, axis(up), spacing)
         };
         let staged = Staged::new(decoded, &recipe).map_err(|e| format!("`{}`: {e}", path.display()))?;

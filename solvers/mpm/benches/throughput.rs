@@ -23,7 +23,7 @@ use cosplat_core::boundary::{BoundaryState, ProxyRecord, add, norm, scale};
 use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{Inputs, InterfaceView, PartnerInput, Plugin, SolverScene, Steady, Step, ViewRole};
 use cosplat_core::scene::{
-    Action, ActionKind, Body, ContactLaw, Material, MotionRule, PairSpec, Pose, Source, Space, StaticCollider,
+    Action, ActionKind, Body, ContactLaw, Fill, Material, MotionRule, PairSpec, Pose, Source, Space, StaticCollider,
     VelocityField, Wall,
 };
 use cosplat_core::time::{Clock, Span};
@@ -95,6 +95,7 @@ fn resting(material: Material, threads: usize, carry: bool) -> SolverScene {
             up: "+z".into(),
             min_opacity: 0.0,
             keep_box: None,
+            fill: Fill::default(),
         };
     }
     scene

@@ -10,12 +10,19 @@ use common::{Run, UPRIGHT, body, elastic, gravity, moving, scene};
 use cosplat_core::asset::{Asset, ParticleCloud};
 use cosplat_core::boundary::{norm, sub};
 use cosplat_core::plugin::{Plugin, SolverScene};
-use cosplat_core::scene::{Source, VelocityField};
+use cosplat_core::scene::{Fill, Source, VelocityField};
 use cosplat_core::visual::{VisualForm, VisualState};
 use cosplat_mpm::Mpm;
 
 fn splat() -> Source {
-    Source::Splat { file: "plant.ply".into(), metres_per_unit: 1.0, up: "+z".into(), min_opacity: 0.1, keep_box: None }
+    Source::Splat {
+        file: "plant.ply".into(),
+        metres_per_unit: 1.0,
+        up: "+z".into(),
+        min_opacity: 0.1,
+        keep_box: None,
+        fill: Fill::Winding,
+    }
 }
 
 /// A lattice of 12³ particles in an order that no lattice has, every third one half as large.

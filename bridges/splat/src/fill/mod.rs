@@ -3,6 +3,8 @@
 //! A capture is a shell: its Gaussians lie on the surface. [`fill`] puts proxies on a lattice inside it. Proxies are
 //! particles of the simulation and are never drawn, so the appearance is unchanged by construction.
 //!
+//! [`physgaussian`] is another way, for comparison.
+//!
 //! 1. Opaque Gaussians are thinned to one surface point a cell of h/2; normals come from the covariance of neighbours,
 //!    areas from their distance.
 //! 2. A flood from outside over a voxel grid says where outside is; it orients the normals. Voxels that hold points are
@@ -11,6 +13,7 @@
 //!    (Barill et al. 2018), is above ½, the flood did not reach it, and the surface is farther than the margin.
 
 mod ground;
+pub mod physgaussian;
 mod surface;
 mod voxels;
 mod winding;

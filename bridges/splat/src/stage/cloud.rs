@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 use super::islands::{Cell, join};
 use super::share::volumes;
-use crate::fill::{FillError, Settings, fill};
+use crate::fill::{FillError, Filling, Settings, fill};
 use crate::linalg::wide;
 use crate::splats::Splats;
 
@@ -45,16 +45,22 @@ pub struct CloudReport {
 
 /// One particle in each cell of the lattice k h … (k + 1) h that is inside, in its middle, or that holds
 /// Gaussians opaque enough to be surface, in the middle of those. Volumes are those of [`volumes`].
-pub(super) fn cloud(splats: &Splats, settings: &Settings) -> Result<(ParticleCloud, CloudReport), FillError> {
+///
+/// Unless `solid`, nothing counts as inside.
+pub(super) fn cloud(
+    splats: &Splats,
+    settings: &Settings,
+    solid: bool,
+) -> Result<(ParticleCloud, CloudReport), FillError> {
     let h = settings.spacing;
     let farthest = splats.positions.iter().flatten().fold(0.0_f64, |f, v| f.max(f64::from(v.abs())));
     if farthest / h > FARTHEST {
         return Err(FillError::TooFine(h, farthest / h));
     }
-    let filling = fill(splats, settings)?;
+    let filling = if solid { fill(splats, settings)? } else { shell(h)? };
     let cell = |p: &[f32; 3]| [2, 1, 0].map(|k| (f64::from(p[k]) / h).floor() as i32);
     let inside: BTreeSet<Cell> = filling.interior.iter().map(cell).collect();
-    let base = if settings.on_ground { lowest_layer(&inside) } else { i32::MIN };
+    let base = if settings.on_ground && solid { lowest_layer(&inside) } else { i32::MIN };
     let inside: BTreeSet<Cell> = inside.into_iter().filter(|c| c[0] >= base).collect();
     let mut sheet: BTreeMap<Cell, (Vector3<f64>, f64)> = BTreeMap::new();
     for i in 0..splats.len() {
@@ -87,6 +93,11 @@ pub(super) fn cloud(splats: &Splats, settings: &Settings) -> Result<(ParticleClo
     };
     let cloud = ParticleCloud { spacing_m: h, position_m: body.iter().map(place).collect(), volume_m3 };
     Ok((cloud, report))
+}
+
+/// Nothing inside.
+fn shell(spacing: f64) -> Result<Filling, FillError> {
+    if spacing.is_finite() && spacing > 0.0 { Ok(Filling::default()) } else { Err(FillError::Spacing) }
 }
 
 /// The lowest layer that holds a tenth of what the fullest one holds: stray points below the ground enclose a few cells.

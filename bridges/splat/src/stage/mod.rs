@@ -5,12 +5,14 @@
 
 mod cloud;
 mod islands;
+mod kernels;
 mod share;
 mod shown;
 
 use std::path::Path;
 
 use cosplat_core::asset::ParticleCloud;
+use cosplat_core::scene::Fill;
 use nalgebra::Vector3;
 use thiserror::Error;
 
@@ -21,6 +23,7 @@ use crate::fill::{self, FillError};
 use crate::format::{self, Decoded};
 use crate::grid::Grid;
 use crate::linalg::wide;
+use crate::merge::MergeError;
 use crate::similarity::{Similarity, SimilarityError};
 use crate::splats::{Axes, Splats};
 
@@ -43,7 +46,9 @@ pub struct Recipe {
     pub min_opacity: f64,
     /// Only Gaussians with their centre in this box stay: lower and upper corner, in units and axes of the file.
     pub keep_box: Option<[[f64; 3]; 2]>,
-    /// How the inside is filled; lengths \[m\]. Its spacing is that of the particles.
+    /// How the inside is filled.
+    pub method: Fill,
+    /// How [`Fill::Winding`] does it; lengths \[m\]. Its spacing is that of the particles, whatever the method.
     pub fill: fill::Settings,
     /// Particles that each Gaussian follows.
     pub neighbours: usize,
@@ -57,6 +62,7 @@ impl Recipe {
             up,
             min_opacity: 0.02,
             keep_box: None,
+            method: Fill::default(),
             fill: fill::Settings { on_ground: true, ..fill::Settings::new(spacing_m) },
             neighbours: 12,
         }
@@ -78,6 +84,9 @@ pub enum StageError {
     /// No inside and no surface, or too fine a lattice.
     #[error(transparent)]
     Fill(#[from] FillError),
+    /// What was put inside does not go with the Gaussians.
+    #[error(transparent)]
+    Merge(#[from] MergeError),
     /// The Gaussians cannot be tied to particles.
     #[error(transparent)]
     Bind(#[from] BindError),
@@ -107,7 +116,8 @@ pub struct Report {
 /// A body made from a capture.
 #[derive(Clone, Debug)]
 pub struct Staged {
-    /// The Gaussians that were kept, with the bits they were decoded with, in units and axes of the file.
+    /// The Gaussians that were kept, with the bits they were decoded with, in units and axes of the file; behind them,
+    /// with [`Fill::Physgaussian`], those that were put inside.
     pub source: Splats,
     /// The same Gaussians in the body's frame \[m\].
     pub splats: Splats,
@@ -147,12 +157,20 @@ impl Staged {
         if kept.is_empty() {
             return Err(StageError::Empty(counted));
         }
-        let source = if kept.len() == decoded.splats.len() { decoded.splats } else { decoded.splats.select(&kept) };
+        let mut source = if kept.len() == decoded.splats.len() { decoded.splats } else { decoded.splats.select(&kept) };
         let mut splats = source.clone();
         similarity.apply(&mut splats, Axes::Scene);
-        let (cloud, of_cloud) = cloud::cloud(&splats, &recipe.fill)?;
+        let (cloud, of_cloud, binding) = if recipe.method == Fill::Physgaussian {
+            let filled = kernels::kernels(&splats, recipe.fill.spacing)?;
+            source = filled.appended(&source, &similarity.inverse())?;
+            splats = filled.appended(&splats, &Similarity::identity())?;
+            (filled.cloud, filled.report, Binding::OneToOne((0..splats.len() as u32).collect()))
+        } else {
+            let (cloud, of_cloud) = cloud::cloud(&splats, &recipe.fill, recipe.method == Fill::Winding)?;
+            let binding = Binding::affine(&splats, &single(&cloud.position_m), recipe.neighbours)?;
+            (cloud, of_cloud, binding)
+        };
         let particles = single(&cloud.position_m);
-        let binding = Binding::affine(&splats, &particles, recipe.neighbours)?;
         let mut report = Report { clean: counted, notes: decoded.notes, cloud: of_cloud, ..Report::default() };
         let unbound = report.measure(&splats, &particles, recipe.fill.spacing);
         Ok(Staged { source, splats, similarity, cloud, binding, unbound, report })

@@ -32,6 +32,20 @@ pub struct Body {
     pub color: Option<[f64; 3]>,
 }
 
+/// How the inside of a capture, which is a shell, is filled with particles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Fill {
+    /// Where the winding number of the oriented surface says inside; what was filled is never drawn.
+    #[default]
+    Winding,
+    /// As `PhysGaussian` does (Xie et al. 2024): every Gaussian is a particle, more are put where a density field and rays
+    /// say so, and these are drawn with the attributes of the Gaussian nearest to them. For comparison.
+    Physgaussian,
+    /// Not at all: particles lie on the shell alone.
+    None,
+}
+
 /// Shape of a body or static collider, in its own frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -48,6 +62,9 @@ pub enum Source {
         min_opacity: f64,
         /// Keep only what lies in this box of the file's frame: lower and upper corner.
         keep_box: Option<[Vec3; 2]>,
+        /// How its inside is filled.
+        #[serde(default)]
+        fill: Fill,
     },
     /// A triangle mesh file.
     Mesh {

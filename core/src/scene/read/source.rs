@@ -4,7 +4,7 @@ use super::fields::Fields;
 use super::limits::Limits;
 use super::node::Value;
 use super::value::At;
-use crate::scene::model::Source;
+use crate::scene::model::{Fill, Source};
 
 const LENGTH: Limits = Limits::positive("m");
 const POSITION: Limits = Limits::any("m");
@@ -20,6 +20,9 @@ const UPS: [(&str, &str); 7] = [
     ("-z", "-z"),
     (Source::UP_OF_FORMAT, Source::UP_OF_FORMAT),
 ];
+
+const FILLS: [(&str, Fill); 3] =
+    [("winding", Fill::Winding), ("physgaussian", Fill::Physgaussian), ("none", Fill::None)];
 
 /// Reads the one source of a body or static collider.
 pub(super) fn source(fields: &Fields<'_>) -> Option<Source> {
@@ -61,8 +64,8 @@ fn file(fields: &Fields<'_>) -> String {
 
 fn splat(at: &At<'_>) -> Option<Source> {
     if let Value::Text(_) = at.node.value {
-        let (file, up) = (at.text(), Source::UP_OF_FORMAT.to_owned());
-        return Some(Source::Splat { file, metres_per_unit: 1.0, up, min_opacity: 0.0, keep_box: None });
+        let (file, up, fill) = (at.text(), Source::UP_OF_FORMAT.to_owned(), Fill::default());
+        return Some(Source::Splat { file, metres_per_unit: 1.0, up, min_opacity: 0.0, keep_box: None, fill });
     }
     at.table(|fields| Source::Splat {
         file: file(fields),
@@ -70,6 +73,7 @@ fn splat(at: &At<'_>) -> Option<Source> {
         up: up(fields),
         min_opacity: fields.num_or("min_opacity", 0.0, Limits::between(0.0, 1.0, "")),
         keep_box: fields.opt("keep_box", |at| keep_box(&at)),
+        fill: fields.opt("fill", |at| at.word(&FILLS)).flatten().unwrap_or_default(),
     })
 }
 

@@ -17,7 +17,7 @@ params = { depth = 3, gain = 0.5, words = ["a", "b"], nested = { on = true } }
 [[body]]
 name = "toy"
 material = { preset = "plushie", density = 60 }
-splat = { file = "toy.ply", metres_per_unit = 0.5, up = "-y", min_opacity = 0.1, keep_box = [[0, 0, 0], [1, 1, 1]] }
+splat = { file = "toy.ply", metres_per_unit = 0.5, up = "-y", min_opacity = 0.1, keep_box = [[0, 0, 0], [1, 1, 1]], fill = "none" }
 position = [0, 0, 1]
 rotation = { axis = [0, 0, 2], degrees = 90 }
 velocity = [1, 0, 0]
@@ -195,6 +195,7 @@ fn rules_of_single_keys() {
         ("velocity = [1, 0, 0]", "orientation = [0, 0, 0, 1]", "exclude each other"),
         ("color = [1, 0.5, 0]", "color = [1, 0.5, 2]", "must be between 0 and 1, but is 2"),
         ("up = \"-y\"", "up = \"y\"", "did you mean `+y`?"),
+        ("fill = \"none\"", "fill = \"nothing\"", "`fill` cannot be `nothing`"),
         ("[[0, 0, 0], [1, 1, 1]]", "[[0, 0, 2], [1, 1, 1]]", "`keep_box` is empty"),
         ("plane = [1, 2]", "plane = \"infinite\"", "a body cannot be an infinite plane"),
         ("count = 1000", "count = 0.5", "must be a whole number between 1 and"),
