@@ -1,7 +1,8 @@
 //! Captured Gaussian splats: from a file to a body that can be simulated, and back to a file any viewer opens.
 //!
 //! [`format::read_file`] decodes a file into [`Splats`]; [`Similarity`] brings it to metres and to the axes of a scene;
-//! [`clean`] removes what is no object; [`fill`] puts simulation proxies inside; [`bind`] ties every Gaussian to
+//! [`clean`] removes what is no object, [`components`] says what hangs
+//! together; [`fill`] puts simulation proxies inside; [`bind`] ties every Gaussian to
 //! particles or to a rigid frame; [`skin`] moves them; [`surfel`] makes Gaussians for bodies that have none. [`stage`] does
 //! all of it in one call, and shows the body at any later moment; [`merge`](merge()) makes one file of several bodies.
 //!
@@ -9,6 +10,7 @@
 
 pub mod bind;
 pub mod clean;
+pub mod components;
 pub mod error;
 pub mod fill;
 pub mod format;

@@ -26,6 +26,9 @@ struct Check {
     window_bound_by: String,
     processes: Vec<Process>,
     bodies: Vec<Body>,
+    /// What bodies from files become.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    filled: Vec<Filled>,
     interfaces: Vec<Interface>,
     left_out: Vec<LeftOut>,
     warnings: Vec<Problem>,
@@ -49,6 +52,20 @@ struct Body {
     /// As given; absent where density and shape decide.
     #[serde(skip_serializing_if = "Option::is_none")]
     mass_kg: Option<f64>,
+}
+
+/// A body that was filled with particles.
+#[derive(Debug, Serialize)]
+struct Filled {
+    body: String,
+    particles: usize,
+    spacing_m: f64,
+    volume_m3: f64,
+    /// As given, or density times volume.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mass_kg: Option<f64>,
+    /// How it came about: what was dropped and why, what was left apart, where it lies.
+    notes: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -86,7 +103,7 @@ pub(crate) async fn check(args: &CheckArgs, signals: &mut Signals) -> Result<Cod
 
 impl Check {
     fn of(prepared: &Prepared) -> Self {
-        let Prepared { scene, plan, plugins, warnings, .. } = prepared;
+        let Prepared { scene, plan, plugins, warnings, geometry, .. } = prepared;
         let process = |p: &cosplat_core::plan::Participant| {
             let (candidate, descriptor) = plugins.get(&p.name)?;
             Some(Process {
@@ -103,6 +120,19 @@ impl Check {
             material: b.material.name(),
             source: source_kind(&b.source),
             mass_kg: b.mass_kg,
+        };
+        let filled = |b: &cosplat_core::scene::Body| {
+            let cloud = geometry.particles(&b.name)?;
+            let volume_m3: f64 = cloud.volume_m3.iter().sum();
+            let notes = geometry.notes.iter().filter(|(body, _)| *body == b.name);
+            Some(Filled {
+                body: b.name.clone(),
+                particles: cloud.position_m.len(),
+                spacing_m: cloud.spacing_m,
+                volume_m3,
+                mass_kg: b.mass_kg.or_else(|| b.material.density().map(|density| density * volume_m3)),
+                notes: notes.map(|(_, words)| words.clone()).collect(),
+            })
         };
         let interface = |i: &cosplat_core::plan::Interface| Interface {
             name: i.name.clone(),
@@ -122,6 +152,7 @@ impl Check {
             window_bound_by: plan.window_bound_by.clone(),
             processes: plan.participants.iter().filter_map(process).collect(),
             bodies: scene.bodies.iter().map(body).collect(),
+            filled: scene.bodies.iter().filter_map(filled).collect(),
             interfaces: plan.interfaces.iter().map(interface).collect(),
             left_out: plan.left_out.iter().map(LeftOut::from).collect(),
             warnings: warnings.clone(),
@@ -157,6 +188,17 @@ impl Check {
             rows.push(vec![b.name.clone(), b.process.clone(), b.material.into(), b.source.into(), mass]);
         }
         parts.push(table(paint, &rows));
+        for f in &self.filled {
+            let mass = f.mass_kg.map_or_else(String::new, |m| format!(", {m:.4} kg"));
+            let head = format!(
+                "{}: {} {} m apart, {:.4e} m³{mass}\n",
+                printable(&f.body),
+                count(f.particles, "particle", "particles"),
+                f.spacing_m,
+                f.volume_m3
+            );
+            parts.push([head].into_iter().chain(f.notes.iter().map(|n| format!("  {}\n", printable(n)))).collect());
+        }
         if self.interfaces.is_empty() {
             parts.push("no interfaces: no two processes exchange anything\n".into());
         } else {

@@ -44,7 +44,11 @@ fn notes(report: &Report, particles: usize) -> Vec<String> {
     let [low, high] = report.box_m.map(|c| c.map(|v| format!("{v:.3}")).join(", "));
     let mut notes = vec![
         report.clean.to_string(),
-        format!("{particles} particles; {share:.1} % of {} visible Gaussians follow them", report.visible),
+        format!(
+            "{particles} particles: {} inside, {} on the surface, {} between pieces; {} cells of specks left out",
+            report.cloud.inside, report.cloud.sheet, report.cloud.bridges, report.cloud.stray
+        ),
+        format!("{share:.1} % of {} visible Gaussians follow them", report.visible),
         format!("visible from [{low}] to [{high}] m in its own frame"),
     ];
     notes.extend(report.notes.iter().cloned());

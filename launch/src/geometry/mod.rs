@@ -13,7 +13,7 @@ mod up;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use cosplat_core::asset::Asset;
+use cosplat_core::asset::{Asset, ParticleCloud};
 use cosplat_core::plan::Refusal;
 use cosplat_core::plugin::SolverScene;
 use cosplat_core::scene::{Body, Material, Pose, Scene, Source, StaticCollider};
@@ -21,6 +21,7 @@ use cosplat_core::visual::VisualForm;
 use cosplat_splat::bind::Frame;
 use cosplat_viewer::Shot;
 
+pub(crate) use self::up::axis;
 use crate::frames::{Drawn, Look};
 use crate::scene_source;
 
@@ -125,6 +126,14 @@ impl Geometry {
         match self.assets.get(&body.name).map(Arc::as_ref) {
             Some(Asset::Particles(cloud)) => Some(shape::extent(&cloud.position_m)),
             _ => extent(body, source),
+        }
+    }
+
+    /// Particles that were made of a body's file, in its own frame.
+    pub(crate) fn particles(&self, body: &str) -> Option<&ParticleCloud> {
+        match self.assets.get(body).map(Arc::as_ref) {
+            Some(Asset::Particles(cloud)) => Some(cloud),
+            _ => None,
         }
     }
 

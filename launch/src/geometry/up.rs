@@ -18,7 +18,7 @@ pub(super) fn stated_or<'a>(stated: &'a str, convention: Option<&'a str>, format
 }
 
 /// Direction of an axis as scenes name it.
-pub(super) fn axis(name: &str) -> [f64; 3] {
+pub(crate) fn axis(name: &str) -> [f64; 3] {
     let sign = if name.starts_with('-') { -1.0 } else { 1.0 };
     match name.as_bytes().last() {
         Some(b'x') => [sign, 0.0, 0.0],

@@ -25,8 +25,8 @@ pub(super) struct Kernels {
 
 /// All Gaussians and the filling as particles. The volume of each is that of a cell of the solver's grid divided by how many
 /// are in it.
-pub(super) fn kernels(splats: &Splats, spacing: f64) -> Result<Kernels, FillError> {
-    let filling = fill(splats, &Settings::new(spacing * GRID / 4.0))?;
+pub(super) fn kernels(splats: &Splats, spacing: f64, [density, search]: [f32; 2]) -> Result<Kernels, FillError> {
+    let filling = fill(splats, &Settings { density, search, ..Settings::new(spacing * GRID / 4.0) })?;
     let position_m: Vec<[f64; 3]> =
         splats.positions.iter().chain(&filling.positions).map(|p| p.map(f64::from)).collect();
     let grid = GRID * spacing;
@@ -42,7 +42,7 @@ pub(super) fn kernels(splats: &Splats, spacing: f64) -> Result<Kernels, FillErro
         inside: position_m.len() - inside,
         sheet: inside,
         volume_m3: volume_m3.iter().sum(),
-        inside_volume_m3: volume_m3[inside..].iter().sum(),
+        inside_volume_m3: volume_m3[inside..].iter().fold(0.0, |sum, v| sum + v),
         base_m: position_m.iter().map(|p| p[2]).fold(f64::INFINITY, f64::min),
         ..CloudReport::default()
     };

@@ -50,6 +50,8 @@ pub struct Recipe {
     pub method: Fill,
     /// How [`Fill::Winding`] does it; lengths \[m\]. Its spacing is that of the particles, whatever the method.
     pub fill: fill::Settings,
+    /// Densities from which [`Fill::Physgaussian`] takes a cell as shell, and as a wall for its rays.
+    pub thresholds: [f32; 2],
     /// Particles that each Gaussian follows.
     pub neighbours: usize,
 }
@@ -64,6 +66,7 @@ impl Recipe {
             keep_box: None,
             method: Fill::default(),
             fill: fill::Settings { on_ground: true, ..fill::Settings::new(spacing_m) },
+            thresholds: [5.0, 3.0],
             neighbours: 12,
         }
     }
@@ -161,7 +164,7 @@ impl Staged {
         let mut splats = source.clone();
         similarity.apply(&mut splats, Axes::Scene);
         let (cloud, of_cloud, binding) = if recipe.method == Fill::Physgaussian {
-            let filled = kernels::kernels(&splats, recipe.fill.spacing)?;
+            let filled = kernels::kernels(&splats, recipe.fill.spacing, recipe.thresholds)?;
             source = filled.appended(&source, &similarity.inverse())?;
             splats = filled.appended(&splats, &Similarity::identity())?;
             (filled.cloud, filled.report, Binding::OneToOne((0..splats.len() as u32).collect()))

@@ -35,7 +35,7 @@ pub(crate) struct ConvertArgs {
 
 /// How much the Gaussians change, measured by reading what was written.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-struct Change {
+pub(super) struct Change {
     /// Of a coordinate, in units of the file.
     position: Spread,
     /// Of a standard deviation, as a part of it.
@@ -136,7 +136,7 @@ fn written(args: &ConvertArgs) -> Result<Converted, Error> {
 
 impl Change {
     /// Of the same Gaussians in the same axes; the largest of its numbers counts for a Gaussian.
-    fn between(a: &Splats, b: &Splats) -> Self {
+    pub(super) fn between(a: &Splats, b: &Splats) -> Self {
         let all = |of: &dyn Fn(usize) -> f64| Spread::of((0..a.len().min(b.len())).map(of));
         let gap = |p: &[f32; 3], q: &[f32; 3]| {
             [0, 1, 2].map(|k| (f64::from(p[k]) - f64::from(q[k])).abs()).into_iter().fold(0.0, f64::max)
@@ -151,13 +151,13 @@ impl Change {
         }
     }
 
-    fn is_none(&self) -> bool {
+    pub(super) fn is_none(&self) -> bool {
         let Self { position, sigma, opacity, rotation_deg, colour, band } = self;
         [position, sigma, opacity, rotation_deg, colour, band].into_iter().all(|change| change.max == 0.0)
     }
 
     /// One line about one of a spread's numbers.
-    fn line(&self, which: fn(&Spread) -> f64) -> String {
+    pub(super) fn line(&self, which: fn(&Spread) -> f64) -> String {
         let [position, opacity, colour, band] =
             [&self.position, &self.opacity, &self.colour, &self.band].map(|spread| format!("{:.1e}", which(spread)));
         let (sigma, rotation) = (100.0 * which(&self.sigma), which(&self.rotation_deg));

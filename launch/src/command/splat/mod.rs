@@ -1,9 +1,14 @@
 //! `cosplat splat`: what a splat file holds, the same in another format, a picture of it.
 
+mod compare;
 mod convert;
+mod fill;
 mod guess;
 mod info;
+mod output;
 mod picture;
+mod select;
+mod ssim;
 pub(crate) mod statistics;
 
 use std::ffi::OsString;
@@ -23,7 +28,11 @@ Examples:
   cosplat splat info capture.ply                is it what it should be? which way is up? how large?
   cosplat splat convert capture.sog capture.ply
   cosplat splat render capture.spz capture.png --eye 0,0.4,2 --size 1280x720
-  cosplat splat render capture.spz around.png --orbit 36 --size 480x360";
+  cosplat splat render capture.spz around.png --orbit 36 --size 480x360
+  cosplat splat clean capture.ply clean.ply --needles 30 --floaters 20
+  cosplat splat select capture.ply object.ply --largest
+  cosplat splat fill capture.spz --compare fill.png --metres-per-unit 0.465
+  cosplat splat compare capture.ply capture.spz";
 
 /// Largest file that is read: larger captures do not fit into memory with what is made of them.
 const LARGEST_BYTES: u64 = 4 << 30;
@@ -46,6 +55,14 @@ pub(crate) enum SplatCommand {
     Convert(convert::ConvertArgs),
     /// Draw a splat file as PNG
     Render(picture::RenderArgs),
+    /// Leave out what is faint, too large, a needle or a floater, and say how many of each
+    Clean(select::CleanArgs),
+    /// Keep what is in a box, or what hangs together and is largest
+    Select(select::SelectArgs),
+    /// Fill a capture with particles in three ways, and say and draw how they differ
+    Fill(fill::FillArgs),
+    /// Say how two splat files differ, or a splat file and a picture
+    Compare(compare::CompareArgs),
 }
 
 impl SplatArgs {
@@ -55,6 +72,10 @@ impl SplatArgs {
             SplatCommand::Info(args) => args.format,
             SplatCommand::Convert(args) => args.format,
             SplatCommand::Render(args) => args.format,
+            SplatCommand::Clean(args) => args.format,
+            SplatCommand::Select(args) => args.format,
+            SplatCommand::Fill(args) => args.format,
+            SplatCommand::Compare(args) => args.format,
         }
     }
 }
@@ -68,6 +89,10 @@ pub(crate) fn splat(args: &SplatArgs) -> Result<Code, Error> {
         SplatCommand::Info(args) => info::info(args),
         SplatCommand::Convert(args) => convert::convert(args),
         SplatCommand::Render(args) => picture::render(args),
+        SplatCommand::Clean(args) => select::clean(args),
+        SplatCommand::Select(args) => select::select(args),
+        SplatCommand::Fill(args) => fill::fill(args),
+        SplatCommand::Compare(args) => compare::compare(args),
     }
 }
 

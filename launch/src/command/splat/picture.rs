@@ -63,6 +63,23 @@ pub(crate) struct RenderArgs {
     pub(crate) format: Format,
 }
 
+impl RenderArgs {
+    /// From the front, over everything that is visible.
+    pub(super) fn of_size(size: [usize; 2]) -> Self {
+        Self {
+            file: PathBuf::new(),
+            output: PathBuf::new(),
+            eye: None,
+            target: None,
+            up: None,
+            fov: FIELD_OF_VIEW_DEG,
+            size,
+            background: [1.0; 3],
+            format: Format::default(),
+        }
+    }
+}
+
 /// The picture that was made.
 #[derive(Debug, Serialize)]
 struct Drawn {
@@ -147,7 +164,7 @@ fn drawn(args: &RenderArgs) -> Result<Drawn, Error> {
 }
 
 /// The camera asked for; what was not said looks from the front at all that is visible.
-fn camera(args: &RenderArgs, splats: &Splats, extent: &Extent) -> Camera {
+pub(super) fn camera(args: &RenderArgs, splats: &Splats, extent: &Extent) -> Camera {
     let [width, height] = args.size;
     // From the front, a little to the right and above: +z of the first and −z of the second point into the picture.
     let (up, from) = match splats.axes {
@@ -184,7 +201,7 @@ fn distance(extent: &Extent, target: [f64; 3], back: Vector3<f64>, up: Vector3<f
     if distance > 0.0 { distance } else { 1.0 }
 }
 
-fn borrowed(splats: &Splats) -> Gaussians<'_> {
+pub(super) fn borrowed(splats: &Splats) -> Gaussians<'_> {
     Gaussians {
         positions: &splats.positions,
         rotations: &splats.rotations,
@@ -214,7 +231,7 @@ impl Drawn {
 }
 
 /// Three numbers with commas between.
-fn vector(text: &str) -> Result<[f64; 3], String> {
+pub(super) fn vector(text: &str) -> Result<[f64; 3], String> {
     let numbers: Option<Vec<f64>> =
         text.split(',').map(|word| word.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();
     let three = numbers.and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
@@ -228,7 +245,7 @@ fn size(text: &str) -> Result<[usize; 2], String> {
     sides.ok_or_else(|| format!("expected width, `x` and height from 1 to {LARGEST_PX}, as in `960x720`"))
 }
 
-fn picture_name(text: &str) -> Result<PathBuf, String> {
+pub(super) fn picture_name(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let is_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
     if is_png { Ok(path) } else { Err("expected a file name that ends with `.png`".to_owned()) }

@@ -1,0 +1,278 @@
+//! `cosplat splat clean` and `cosplat splat select`: a part of a file, its bits untouched, and why the rest is not there.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use cosplat_splat::Splats;
+use cosplat_splat::clean::{Box3, Rules, clean as kept_by};
+use cosplat_splat::components::{components, needle};
+use serde::Serialize;
+
+use super::output::{Output, free, write};
+use super::picture::vector;
+use super::read;
+use crate::cli::Format;
+use crate::exit::{Code, Error, Problem};
+use crate::hint::count;
+use crate::render::{Paint, json, print, printable};
+
+/// What can be seen in a picture of eight bits.
+const FAINTEST: f64 = 1.0 / 255.0;
+
+/// `cosplat splat clean`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct CleanArgs {
+    /// Splat file to read
+    #[arg(value_name = "IN")]
+    pub(crate) input: PathBuf,
+    /// Splat file to write: .ply or .spz
+    #[arg(value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    /// Leave out what is more transparent
+    #[arg(long, value_name = "OPACITY", default_value_t = FAINTEST)]
+    pub(crate) min_opacity: f64,
+    /// Leave out what has a larger standard deviation, in units of the file
+    #[arg(long, value_name = "SIGMA")]
+    pub(crate) max_sigma: Option<f64>,
+    /// Leave out what is this many times longer than it is wide
+    #[arg(long, value_name = "TIMES")]
+    pub(crate) needles: Option<f64>,
+    /// Leave out pieces that hang together of fewer Gaussians than this
+    #[arg(long, value_name = "COUNT")]
+    pub(crate) floaters: Option<usize>,
+    /// Gap between pieces, in units of the file [default: twice the typical distance of Gaussians]
+    #[arg(long, value_name = "LENGTH")]
+    pub(crate) gap: Option<f64>,
+    /// Replace OUT if it exists
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Form of the answer on standard output
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
+}
+
+/// `cosplat splat select`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct SelectArgs {
+    /// Splat file to read
+    #[arg(value_name = "IN")]
+    pub(crate) input: PathBuf,
+    /// Splat file to write: .ply or .spz
+    #[arg(value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    /// Lower corner of a box in units and axes of the file; only what has its centre in it stays
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, requires = "high")]
+    pub(crate) low: Option<[f64; 3]>,
+    /// Upper corner of the box
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, requires = "low")]
+    pub(crate) high: Option<[f64; 3]>,
+    /// Of what hangs together, keep the piece with the most Gaussians; after the box
+    #[arg(long, required_unless_present = "low")]
+    pub(crate) largest: bool,
+    /// Gap between pieces, in units of the file [default: twice the typical distance of Gaussians]
+    #[arg(long, value_name = "LENGTH")]
+    pub(crate) gap: Option<f64>,
+    /// Replace OUT if it exists
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Form of the answer on standard output
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
+}
+
+/// What became of a file. A Gaussian counts under the first reason that applies.
+#[derive(Debug, Default, PartialEq, Serialize)]
+struct Chosen {
+    status: &'static str,
+    input: String,
+    output: String,
+    gaussians: usize,
+    kept: usize,
+    not_finite: usize,
+    faint: usize,
+    outside: usize,
+    large: usize,
+    needles: usize,
+    floaters: usize,
+    /// Pieces before floaters or all but the largest were left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pieces: Option<usize>,
+    /// Largest gap within a piece, in units of the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gap: Option<f64>,
+}
+
+/// Leaves out what is no object.
+///
+/// # Errors
+/// The file cannot be used, nothing is left, or the result cannot be written.
+pub(super) fn clean(args: &CleanArgs) -> Result<Code, Error> {
+    say(&cleaned(args)?, args.format)
+}
+
+/// Keeps a part.
+///
+/// # Errors
+/// As [`clean`].
+pub(super) fn select(args: &SelectArgs) -> Result<Code, Error> {
+    say(&selected(args)?, args.format)
+}
+
+fn say(chosen: &Chosen, format: Format) -> Result<Code, Error> {
+    match format {
+        Format::Json => print(&json(chosen)?)?,
+        Format::Human => print(&chosen.human(Paint::stdout()))?,
+    }
+    Ok(Code::Ok)
+}
+
+fn cleaned(args: &CleanArgs) -> Result<Chosen, Error> {
+    let place = Output { input: &args.input, output: &args.output, force: args.force };
+    let rules = Rules { opacity: args.min_opacity, inside: None, largest_sigma: args.max_sigma };
+    let (splats, mut chosen) = opened(&place, &rules)?;
+    let slim = |i: &u32| args.needles.is_none_or(|limit| needle(&splats, *i as usize) <= limit);
+    let kept: Vec<u32> = (0..splats.len() as u32).filter(slim).collect();
+    chosen.needles = splats.len() - kept.len();
+    let splats = if chosen.needles > 0 { splats.select(&kept) } else { splats };
+    let Some(least) = args.floaters else { return chosen.written(&place, &splats) };
+    let found = components(&splats, args.gap);
+    let large = found.sets.iter().filter(|set| set.len() >= least);
+    let mut stays: Vec<u32> = large.flatten().copied().collect();
+    stays.sort_unstable();
+    (chosen.pieces, chosen.gap) = (Some(found.sets.len()), Some(found.cell));
+    chosen.floaters = splats.len() - stays.len();
+    chosen.written(&place, &splats.select(&stays))
+}
+
+fn selected(args: &SelectArgs) -> Result<Chosen, Error> {
+    let place = Output { input: &args.input, output: &args.output, force: args.force };
+    let inside = args.low.zip(args.high).map(|(low, high)| Box3::from_corners(low, high));
+    let (splats, mut chosen) = opened(&place, &Rules { opacity: 0.0, inside, largest_sigma: None })?;
+    if !args.largest {
+        return chosen.written(&place, &splats);
+    }
+    let found = components(&splats, args.gap);
+    (chosen.pieces, chosen.gap) = (Some(found.sets.len()), Some(found.cell));
+    let largest = found.sets.first().map_or(&[][..], Vec::as_slice);
+    chosen.floaters = splats.len() - largest.len();
+    chosen.written(&place, &splats.select(largest))
+}
+
+/// Reads a file and applies the rules that look at one Gaussian alone.
+fn opened(place: &Output<'_>, rules: &Rules) -> Result<(Splats, Chosen), Error> {
+    free(place)?;
+    let splats = read(place.input)?.decoded.splats;
+    let (kept, report) = kept_by(&splats, rules);
+    let chosen = Chosen {
+        status: "ok",
+        input: place.input.display().to_string(),
+        output: place.output.display().to_string(),
+        gaussians: report.total,
+        not_finite: report.non_finite,
+        faint: report.faint,
+        outside: report.outside,
+        large: report.large,
+        ..Chosen::default()
+    };
+    Ok((splats.select(&kept), chosen))
+}
+
+impl Chosen {
+    /// Writes what is left.
+    fn written(mut self, place: &Output<'_>, splats: &Splats) -> Result<Self, Error> {
+        self.kept = splats.len();
+        if splats.is_empty() {
+            let problem = Problem::new(format!("Nothing of `{}` is left", self.input)).at(place.input);
+            return Err(Error::new(Code::Scene, problem.because(self.reasons()).hint("widen what may stay")));
+        }
+        write(place.output, splats)?;
+        Ok(self)
+    }
+
+    fn reasons(&self) -> String {
+        let Self { not_finite, faint, outside, large, needles, floaters, .. } = self;
+        format!(
+            "left out: {not_finite} not finite, {faint} faint, {outside} outside, {large} large, {needles} needles, \
+             {floaters} apart from the rest"
+        )
+    }
+
+    fn human(&self, paint: Paint) -> String {
+        let pieces = self.pieces.zip(self.gap).map(|(pieces, gap)| {
+            format!("{}, of what is less than {gap:.3e} units apart\n", count(pieces, "piece", "pieces"))
+        });
+        format!(
+            "{}: {} of {}\n{}\n{}",
+            paint.bold(&printable(&self.output)),
+            self.kept,
+            count(self.gaussians, "Gaussian", "Gaussians"),
+            self.reasons(),
+            pieces.unwrap_or_default()
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cosplat_splat::format::encode;
+
+    /// A block of 125, one of 25 elsewhere, a needle and a faint one.
+    fn some() -> Splats {
+        let block = |at: f32, n: usize| {
+            (0..n).map(move |i| [at + (i % 5) as f32 * 0.1, (i / 5 % 5) as f32 * 0.1, (i / 25) as f32 * 0.1])
+        };
+        let positions: Vec<[f32; 3]> = block(0.0, 125).chain(block(5.0, 25)).chain([[0.1; 3], [0.2; 3]]).collect();
+        let n = positions.len();
+        let mut splats = Splats {
+            rotations: vec![[1.0, 0.0, 0.0, 0.0]; n],
+            log_scales: vec![[-4.0; 3]; n],
+            opacity_logits: vec![3.0; n],
+            sh_dc: vec![[0.0; 3]; n],
+            positions,
+            ..Splats::default()
+        };
+        splats.log_scales[150] = [0.0, -6.0, -6.0];
+        splats.opacity_logits[151] = -9.0;
+        splats
+    }
+
+    #[test]
+    fn parts_are_written_and_the_rest_is_counted() {
+        let place = tempfile::tempdir().unwrap();
+        let [input, output] = ["a.ply", "b.ply"].map(|name| place.path().join(name));
+        std::fs::write(&input, encode(&some(), Some("ply")).unwrap()).unwrap();
+        let clean = CleanArgs {
+            input: input.clone(),
+            output: output.clone(),
+            min_opacity: FAINTEST,
+            max_sigma: None,
+            needles: Some(30.0),
+            floaters: Some(30),
+            gap: None,
+            force: false,
+            format: Format::Json,
+        };
+        let done = cleaned(&clean).unwrap();
+        assert_eq!((done.gaussians, done.kept, done.faint, done.needles, done.floaters), (152, 125, 1, 1, 25));
+        let first: Vec<u32> = (0..125).collect();
+        assert_eq!(read(&output).unwrap().decoded.splats, some().select(&first), "bit by bit");
+        assert_eq!(cleaned(&clean).unwrap_err().code, Code::Usage, "it exists");
+        let select = SelectArgs {
+            input: input.clone(),
+            output,
+            low: Some([4.0, -1.0, -1.0]),
+            high: Some([6.0, 1.0, 1.0]),
+            largest: true,
+            gap: None,
+            force: true,
+            format: Format::Json,
+        };
+        let done = selected(&select).unwrap();
+        assert_eq!((done.kept, done.outside, done.pieces), (25, 127, Some(1)));
+        let nowhere = SelectArgs { low: Some([9.0; 3]), high: Some([10.0; 3]), ..select.clone() };
+        assert_eq!(selected(&nowhere).unwrap_err().code, Code::Scene);
+        let itself = SelectArgs { output: input, ..select };
+        assert_eq!(selected(&itself).unwrap_err().code, Code::Usage);
+    }
+}
