@@ -108,13 +108,12 @@ fn compared(args: &CompareArgs) -> Result<Compared, Error> {
         Error::new(Code::Usage, problem.hint("change `--eye`, `--target`, `--up` or `--fov`"))
     })?;
     let here = drawn(&first, &view, args.background);
-    let (there, other_gaussians, change) = match picture {
-        Some((_, _, rgb)) => (rgb, None, None),
-        None => {
-            let second = finite(&read(&args.other)?.decoded.splats).to_axes(first.axes);
-            let change = (second.len() == first.len()).then(|| Change::between(&first, &second));
-            (drawn(&second, &view, args.background), Some(second.len()), change)
-        }
+    let (there, other_gaussians, change) = if let Some((_, _, rgb)) = picture {
+        (rgb, None, None)
+    } else {
+        let second = finite(&read(&args.other)?.decoded.splats).to_axes(first.axes);
+        let change = (second.len() == first.len()).then(|| Change::between(&first, &second));
+        (drawn(&second, &view, args.background), Some(second.len()), change)
     };
     let gap = |(a, b): (&f32, &f32)| f64::from((a - b).abs());
     Ok(Compared {

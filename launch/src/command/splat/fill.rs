@@ -108,7 +108,7 @@ pub(super) fn fill(args: &FillArgs) -> Result<Code, Error> {
 
 fn filled(args: &FillArgs) -> Result<Filled, Error> {
     if let Some(out) = &args.compare {
-        free(&Output { input: &args.file, output: out, force: args.force })?;
+        free(&Output { from: &args.file, to: out, force: args.force })?;
     }
     let decoded = read(&args.file)?.decoded;
     let unusable = |why: &dyn std::fmt::Display| {

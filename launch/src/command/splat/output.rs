@@ -12,8 +12,8 @@ use crate::exit::{Code, Error, Problem};
 /// What is read and what would be written.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Output<'a> {
-    pub(super) input: &'a Path,
-    pub(super) output: &'a Path,
+    pub(super) from: &'a Path,
+    pub(super) to: &'a Path,
     pub(super) force: bool,
 }
 
@@ -22,13 +22,13 @@ pub(super) struct Output<'a> {
 /// # Errors
 /// It is the file that is read, or it exists and nobody said that it may be replaced.
 pub(super) fn free(place: &Output<'_>) -> Result<(), Error> {
-    let out = place.output;
+    let out = place.to;
     let taken = |why: &str, hint: &str| {
         let problem = Problem::new(format!("`{}` is not written", out.display())).at(out).because(why);
         Err(Error::new(Code::Usage, problem.hint(hint)))
     };
     let real = |path: &Path| fs::canonicalize(path).ok();
-    if real(out).is_some() && real(out) == real(place.input) {
+    if real(out).is_some() && real(out) == real(place.from) {
         return taken("it is the file that would be read", "give another name for the result");
     }
     if out.exists() && !place.force {

@@ -127,7 +127,7 @@ fn say(chosen: &Chosen, format: Format) -> Result<Code, Error> {
 }
 
 fn cleaned(args: &CleanArgs) -> Result<Chosen, Error> {
-    let place = Output { input: &args.input, output: &args.output, force: args.force };
+    let place = Output { from: &args.input, to: &args.output, force: args.force };
     let rules = Rules { opacity: args.min_opacity, inside: None, largest_sigma: args.max_sigma };
     let (splats, mut chosen) = opened(&place, &rules)?;
     let slim = |i: &u32| args.needles.is_none_or(|limit| needle(&splats, *i as usize) <= limit);
@@ -145,7 +145,7 @@ fn cleaned(args: &CleanArgs) -> Result<Chosen, Error> {
 }
 
 fn selected(args: &SelectArgs) -> Result<Chosen, Error> {
-    let place = Output { input: &args.input, output: &args.output, force: args.force };
+    let place = Output { from: &args.input, to: &args.output, force: args.force };
     let inside = args.low.zip(args.high).map(|(low, high)| Box3::from_corners(low, high));
     let (splats, mut chosen) = opened(&place, &Rules { opacity: 0.0, inside, largest_sigma: None })?;
     if !args.largest {
@@ -161,12 +161,12 @@ fn selected(args: &SelectArgs) -> Result<Chosen, Error> {
 /// Reads a file and applies the rules that look at one Gaussian alone.
 fn opened(place: &Output<'_>, rules: &Rules) -> Result<(Splats, Chosen), Error> {
     free(place)?;
-    let splats = read(place.input)?.decoded.splats;
+    let splats = read(place.from)?.decoded.splats;
     let (kept, report) = kept_by(&splats, rules);
     let chosen = Chosen {
         status: "ok",
-        input: place.input.display().to_string(),
-        output: place.output.display().to_string(),
+        input: place.from.display().to_string(),
+        output: place.to.display().to_string(),
         gaussians: report.total,
         not_finite: report.non_finite,
         faint: report.faint,
@@ -182,10 +182,10 @@ impl Chosen {
     fn written(mut self, place: &Output<'_>, splats: &Splats) -> Result<Self, Error> {
         self.kept = splats.len();
         if splats.is_empty() {
-            let problem = Problem::new(format!("Nothing of `{}` is left", self.input)).at(place.input);
+            let problem = Problem::new(format!("Nothing of `{}` is left", self.input)).at(place.from);
             return Err(Error::new(Code::Scene, problem.because(self.reasons()).hint("widen what may stay")));
         }
-        write(place.output, splats)?;
+        write(place.to, splats)?;
         Ok(self)
     }
 
