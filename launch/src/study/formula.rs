@@ -251,7 +251,7 @@ mod tests {
             ("1 +", 3, "missing"),
             ("cos t", 4, "parentheses"),
             ("cos(t", 5, "`)`"),
-            ("2*sni(t)", 2, "did you mean `sin`?"),
+            ("2*sine(t)", 2, "did you mean `sin`?"),
             ("2 t", 2, "operator"),
             ("1..2", 0, "no number"),
             ("ü", 0, "expected"),

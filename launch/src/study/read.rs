@@ -104,6 +104,9 @@ fn quantities(root: &Section<'_>, folder: &Path) -> Vec<Quantity> {
     item.items().iter().filter_map(|item| item.table(|section| quantity(section, folder))).collect()
 }
 
+/// Keys of a quantity that has a reference.
+const COMPARED: [&str; 7] = ["exact", "table", "measure", "scale", "spread", "from", "until"];
+
 fn quantity(section: &Section<'_>, folder: &Path) -> Option<Quantity> {
     let (probe, invariant) = (section.get("probe"), section.get("invariant"));
     match (probe, invariant) {
@@ -118,10 +121,12 @@ fn quantity(section: &Section<'_>, folder: &Path) -> Option<Quantity> {
             Some(Quantity { name: invariant.text()?.to_owned(), kind: Kind::Invariant(kind) })
         }
         (Some(_), Some(two)) => {
+            section.allow(&COMPARED);
             two.error("and `probe` exclude each other");
             None
         }
         (None, None) => {
+            section.allow(&COMPARED);
             let help = "write `probe = \"COLUMN\"` or `invariant = \"energy\"`";
             section.error("says not what is measured".into(), Some(help.into()));
             None

@@ -21,6 +21,7 @@ fn gate(section: &Section<'_>, quantities: &[Quantity], vary: &[Factor]) -> Opti
         }
         Some(name.to_owned())
     });
+    let reason = section.need("reason", "say why this must hold: the order of the scheme, a published figure");
     let claims = [section.get("order"), section.get("error"), section.get("outcome")];
     let claim = match claims.each_ref().map(Option::as_ref) {
         [Some(order), None, None] => order_range(order, vary, &place)?,
@@ -32,8 +33,7 @@ fn gate(section: &Section<'_>, quantities: &[Quantity], vary: &[Factor]) -> Opti
             return None;
         }
     };
-    let reason = section.need("reason", "say why this must hold: the order of the scheme, a published figure")?;
-    Some(Gate { r#where: place, quantity, claim, reason: reason.text()?.to_owned() })
+    Some(Gate { r#where: place, quantity, claim, reason: reason?.text()?.to_owned() })
 }
 
 fn order_range(item: &Item<'_>, vary: &[Factor], place: &[(String, String)]) -> Option<Claim> {

@@ -97,8 +97,8 @@ pub(crate) async fn run(
     }
     let code = output.status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(u8::MAX);
     let end = End { code, why: complaint(&output.stdout, &output.stderr, code) };
-    // Deaths and what this machine lacks may be others next time.
-    let is_final = [Code::Ok, Code::Scene, Code::Physics, Code::Verdict].iter().any(|c| *c as u8 == code);
+    // Deaths, what this machine lacks and folders that are in use may be others next time.
+    let is_final = [Code::Ok, Code::Physics, Code::Verdict].iter().any(|c| *c as u8 == code);
     if is_final {
         let file = end_file(folder);
         let text = serde_json::to_vec(&end).unwrap_or_default();
