@@ -86,13 +86,11 @@ pub(crate) async fn study(args: &StudyArgs, signals: &mut Signals) -> Result<Cod
     let mut results = Vec::new();
     for case in &cases {
         let mut tell = |news| say(args.quiet, &case.name, news);
-        match conduct(case, conditions, signals, &mut tell).await? {
-            Some(result) => results.push(result),
-            None => {
-                talk("stopped: what has been run is kept, the same command goes on from there");
-                return Ok(Code::Interrupted);
-            }
-        }
+        let Some(result) = conduct(case, conditions, signals, &mut tell).await? else {
+            talk("stopped: what has been run is kept, the same command goes on from there");
+            return Ok(Code::Interrupted);
+        };
+        results.push(result);
     }
     let machine = machine();
     let answer = Answer {

@@ -56,7 +56,7 @@ pub(super) enum Join {
 
 /// The diagram with its legend.
 pub(super) fn figure(scatter: &Scatter<'_>) -> Markup {
-    let places = || scatter.series.iter().flat_map(|s| &s.points).filter(|p| is_drawable(p));
+    let places = || scatter.series.iter().flat_map(|s| &s.points).filter(is_drawable);
     let lost = scatter.series.iter().flat_map(|s| &s.points).filter(|p| !is_drawable(p)).count();
     html! {
         figure.chart {
@@ -72,6 +72,7 @@ pub(super) fn figure(scatter: &Scatter<'_>) -> Markup {
     }
 }
 
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "the form that `filter` calls")]
 fn is_drawable(point: &&(f64, f64, &str)) -> bool {
     [point.0, point.1].iter().all(|v| (1e-300..1e300).contains(v))
 }
@@ -209,9 +210,9 @@ mod tests {
     use super::super::tests::assert_well_formed;
     use super::*;
 
-    fn drawn(points: Vec<(f64, f64, &str)>) -> String {
+    fn drawn(points: &[(f64, f64, &str)]) -> String {
         let series = [Join::Apart, Join::Thin, Join::Dashed, Join::Thick].into_iter().enumerate();
-        let series = series.map(|(style, line)| Series { name: "<a>".into(), style, line, points: points.clone() });
+        let series = series.map(|(style, line)| Series { name: "<a>".into(), style, line, points: points.to_vec() });
         let scatter = Scatter { title: "x", x: "time [s]", y: "error [1]", note: "", series: series.collect() };
         figure(&scatter).into_string()
     }
@@ -228,7 +229,7 @@ mod tests {
         for points in
             [wild, Vec::new(), vec![(1.0, 1.0, "<one>")], vec![(1e-200, 1e200, "far"), (1e200, 1e-200, "apart")]]
         {
-            let page = drawn(points);
+            let page = drawn(&points);
             assert_well_formed(&format!("<!DOCTYPE html>{page}"));
             assert!(!page.contains("NaN") && !page.contains("inf"), "{page}");
         }

@@ -1,6 +1,6 @@
 //! Runs a case: every combination of what is varied, one process after the other, because times are taken.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::case::Case;
 use super::design::{Settings, settings};
@@ -124,7 +124,7 @@ async fn run(
     scene: &str,
     overrides: &[String],
     folder: &Path,
-    place: &PathBuf,
+    place: &Path,
     signals: &mut Signals,
 ) -> Result<Option<Trial>, Error> {
     std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, &e))?;

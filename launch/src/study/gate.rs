@@ -20,10 +20,10 @@ pub(crate) fn judge(gate: &Gate, quantities: &[Quantity], rows: &[Row], groups: 
             Claim::Error(limit) => error_below(limit, &chosen, error),
             Claim::Outcome(class) => {
                 let others: Vec<&&Row> = chosen.iter().filter(|row| row.outcome != Some(class)).collect();
-                let word = |row: &&&Row| row.outcome.map_or("", super::outcome::Class::word);
+                let word = |row: &&Row| row.outcome.map_or("", super::outcome::Class::word);
                 match others.first() {
                     None => (Some(true), format!("{} of {} runs", chosen.len(), chosen.len())),
-                    Some(row) => (Some(false), format!("{}: {}", row.name(), word(&row))),
+                    Some(row) => (Some(false), format!("{}: {}", row.name(), word(row))),
                 }
             }
             Claim::Order(range) => {

@@ -155,7 +155,7 @@ mod tests {
             assert!((at(&points, t).unwrap() - cubic(t)).abs() < 1e-14, "{t}");
         }
         assert_eq!((at(&points, -0.1), at(&points, 1.1)), (None, None));
-        assert_eq!(at(&points[..2], 1.0 / 14.0), Some((points[0].1 + points[1].1) / 2.0));
+        assert_eq!(at(&points[..2], 1.0 / 14.0), Some(f64::midpoint(points[0].1, points[1].1)));
     }
 
     #[test]

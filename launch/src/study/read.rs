@@ -50,10 +50,10 @@ fn parse(file: &Path, text: &str) -> Result<Case, Vec<Diagnostic>> {
         case
     };
     let found = reading.into_found();
-    case.filter(|_| found.is_empty()).ok_or(found)
+    if found.is_empty() { Ok(case) } else { Err(found) }
 }
 
-fn read(file: &Path, root: &Section<'_>) -> Option<Case> {
+fn read(file: &Path, root: &Section<'_>) -> Case {
     if let Some(item) = root.get("format")
         && item.number().is_some_and(|format| format > FORMAT)
     {
@@ -64,7 +64,7 @@ fn read(file: &Path, root: &Section<'_>) -> Option<Case> {
     let scene = root.need("scene", "name a built-in scene, or a scene file beside this one");
     let quantities = quantities(root, folder);
     let vary = vary(root);
-    Some(Case {
+    Case {
         title: root.get("title").and_then(|i| i.text()).map_or_else(|| name.clone(), str::to_owned),
         name,
         scene: scene.and_then(|item| self::scene(&item, folder)).unwrap_or_default(),
@@ -76,7 +76,7 @@ fn read(file: &Path, root: &Section<'_>) -> Option<Case> {
         gates: gates(root, &quantities, &vary),
         quantities,
         vary,
-    })
+    }
 }
 
 /// The scene as `cosplat run` takes it.
@@ -128,7 +128,7 @@ fn quantity(section: &Section<'_>, folder: &Path) -> Option<Quantity> {
         (None, None) => {
             section.allow(&COMPARED);
             let help = "write `probe = \"COLUMN\"` or `invariant = \"energy\"`";
-            section.error("says not what is measured".into(), Some(help.into()));
+            section.error("says not what is measured", Some(help.into()));
             None
         }
     }
@@ -151,7 +151,7 @@ fn comparison(section: &Section<'_>, folder: &Path) -> Option<Comparison> {
         }
         (None, None) => {
             let help = "write `exact = \"FORMULA OF t\"` or `table = { file = …, time = …, value = … }`";
-            section.error("has no reference".into(), Some(help.into()));
+            section.error("has no reference", Some(help.into()));
             return None;
         }
     };

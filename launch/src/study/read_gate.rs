@@ -29,7 +29,7 @@ fn gate(section: &Section<'_>, quantities: &[Quantity], vary: &[Factor]) -> Opti
         [None, None, Some(outcome)] => Claim::Outcome(outcome.word(&CLASSES)?),
         _ => {
             let help = "write `order = [1.9, 2.1]`, `error = 0.02` or `outcome = \"refused\"`";
-            section.error("must claim one thing".into(), Some(help.into()));
+            section.error("must claim one thing", Some(help.into()));
             return None;
         }
     };

@@ -188,6 +188,11 @@ impl CaseResult {
         if orders.is_empty() { "–".into() } else { orders.join(", ") }
     }
 
+    /// Place of the cheapest row with an error of at most 1 %.
+    pub(crate) fn row_of_one_percent(&self) -> Option<usize> {
+        self.cheapest.iter().find(|wanted| (wanted.error - 0.01).abs() < 1e-9)?.row
+    }
+
     /// Smallest error of all runs that can be recommended.
     pub(crate) fn smallest_error(&self) -> Option<f64> {
         self.rows.iter().filter_map(Row::work_and_error).map(|c| c.1).reduce(f64::min)

@@ -68,7 +68,7 @@ impl<'a> Section<'a> {
     pub(super) fn need(&self, key: &'static str, help: &str) -> Option<Item<'a>> {
         let found = self.get(key);
         if found.is_none() && !self.has_misspelled(key) {
-            self.error(format!("key `{key}` is missing"), Some(help.to_owned()));
+            self.error(&format!("key `{key}` is missing"), Some(help.to_owned()));
         }
         found
     }
@@ -90,7 +90,7 @@ impl<'a> Section<'a> {
     }
 
     /// Something is wrong with the table as a whole.
-    pub(super) fn error(&self, message: String, help: Option<String>) {
+    pub(super) fn error(&self, message: &str, help: Option<String>) {
         let here = if self.path.is_empty() { String::new() } else { format!("`{}`: ", self.path) };
         self.reading.error(self.span.clone(), &self.path, format!("{here}{message}"), help);
     }

@@ -1,5 +1,6 @@
 //! What a study says on a terminal.
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 use super::case::Claim;
@@ -26,7 +27,7 @@ fn number(value: Option<f64>) -> String {
     value.map_or_else(|| "–".into(), |v| format!("{v:.3e}"))
 }
 
-/// All runs of a case, its orders, and the cheapest runs.
+/// All runs of a case, its orders, and the cheapest runs. Writing to a string cannot fail.
 fn runs(case: &CaseResult, paint: Paint) -> String {
     let head = ["error", "coupling", "rest", "wall time [s]", "outcome"].map(str::to_owned);
     let mut lines: Vec<Vec<String>> = vec![case.vary.iter().map(|f| f.key.clone()).chain(head).collect()];
@@ -41,17 +42,17 @@ fn runs(case: &CaseResult, paint: Paint) -> String {
     let mut text = format!("{}\nreference: {}\n\n", paint.bold(&printable(&case.title)), printable(&case.reference));
     text.push_str(&table(paint, &lines));
     for group in case.groups.iter().filter(|g| g.fit.is_some()) {
-        text.push_str(&format!("\norder {}", order(group)));
+        let _ = write!(text, "\norder {}", order(group));
     }
     text.push_str("\n\n");
     for wanted in &case.cheapest {
         let found = wanted.row.and_then(|i| Some((&case.rows[i], case.rows[i].cost.as_ref()?.wall_s)));
         let answer =
             found.map_or_else(|| "none of these runs".into(), |(row, wall)| format!("{wall:.4} s with {}", row.name()));
-        text.push_str(&format!("an error of {:>4} % costs {}\n", 100.0 * wanted.error, printable(&answer)));
+        let _ = writeln!(text, "an error of {:>4} % costs {}", 100.0 * wanted.error, printable(&answer));
     }
     for note in &case.notes {
-        text.push_str(&format!("{} {}\n", paint.warn("note:"), printable(note)));
+        let _ = writeln!(text, "{} {}", paint.warn("note:"), printable(note));
     }
     text
 }
@@ -81,7 +82,7 @@ fn failed_gates(case: &CaseResult, with_name: bool, paint: Paint) -> String {
             gate.measured,
             gate.gate.reason
         );
-        text.push_str(&format!("{} {}\n", paint.bad("gate failed:"), printable(&line)));
+        let _ = writeln!(text, "{} {}", paint.bad("gate failed:"), printable(&line));
     }
     if text.is_empty() && judged > 0 && !with_name {
         text = format!("{} all {judged} gates hold\n", paint.good("ok:"));
@@ -107,7 +108,7 @@ fn matrix(results: &[CaseResult], paint: Paint) -> String {
             if failed > 0 { format!("{failed} of {judged} failed") } else { format!("{judged} hold") },
             case.orders(),
             wall(case.front.last().copied()),
-            wall(case.cheapest.iter().find(|c| c.error == 0.01).and_then(|c| c.row)),
+            wall(case.row_of_one_percent()),
         ]
     }));
     format!("\n{}", table(paint, &lines))

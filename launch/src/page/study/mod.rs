@@ -86,7 +86,6 @@ fn matrix(cases: &[CaseResult]) -> Markup {
     let rows = cases.iter().map(|case| {
         let best = case.front.last().map(|&i| &case.rows[i]);
         let wall = |row: &Row| row.cost.as_ref().map(|c| c.wall_s);
-        let one_percent = case.cheapest.iter().find(|c| c.error == 0.01).and_then(|c| c.row);
         vec![
             html! { a href={ "#" (case.name) } { (case.name) } },
             html! { (case.rows.len()) },
@@ -94,7 +93,7 @@ fn matrix(cases: &[CaseResult]) -> Markup {
             gates_in_short(case),
             html! { (case.orders()) },
             html! { (maybe(best.and_then(wall))) },
-            html! { (maybe(one_percent.and_then(|i| wall(&case.rows[i])))) },
+            html! { (maybe(case.row_of_one_percent().and_then(|i| wall(&case.rows[i])))) },
         ]
     });
     table(&head, rows.collect())
