@@ -15,10 +15,9 @@ use crate::render::{Paint, problem_of};
 pub(crate) const DEFAULT: &str = "plant-and-rock";
 
 /// Scenes inside this program, by name.
-const BUILT_IN: [(&str, &str); 10] = [
+const BUILT_IN: [(&str, &str); 9] = [
     ("ball-on-block", include_str!("../scenes/ball-on-block.toml")),
     ("ball-on-cloth", include_str!("../scenes/ball-on-cloth.toml")),
-    ("cloth-over-plant", include_str!("../scenes/cloth-over-plant.toml")),
     ("dam-and-raft", include_str!("../scenes/dam-and-raft.toml")),
     ("flag-in-wind", include_str!("../scenes/flag-in-wind.toml")),
     ("mud-over-block", include_str!("../scenes/mud-over-block.toml")),
