@@ -177,7 +177,22 @@ pub(crate) fn settle(vertices: &mut [Vertex], owner: &[u32], touches: &mut [Touc
         }
         // A vertex that is fixed hands on to the world what it is given.
         for (i, share) in place.parts().filter(|(i, _)| vertices[*i].w <= 0.0) {
-            others.external.book(vertices[i].x, scale(impulse, -share), [0.0; 3]);
+            others.external.book(vertices[i].x, scale(impulse, -share));
+        }
+    }
+}
+
+/// Books the work of partners on vertices that had the velocities `start` \[m/s\].
+pub(crate) fn earn(vertices: &[Vertex], start: &[Vec3], owner: &[u32], touches: &[Touch], others: &mut Others) {
+    for touch in touches {
+        let impulse = add(scale(touch.normal, touch.pressed), touch.rubbed);
+        let tally = match touch.cause {
+            Cause::Wall => continue,
+            Cause::Proxy(p) => &mut others.proxies[p].on_own[owner[touch.place.first()] as usize],
+            Cause::Sample(s, _) => &mut others.on_own[s],
+        };
+        for (i, share) in touch.place.parts() {
+            tally.earn(scale(impulse, share), [start[i], vertices[i].u]);
         }
     }
 }

@@ -59,6 +59,7 @@ mod scout;
 mod search;
 mod sheet;
 mod sim;
+mod stored;
 mod stretch;
 mod tally;
 mod vertex;

@@ -3,8 +3,8 @@
 use cosplat_core::boundary::{BoundaryState, Impulses, Vec3, norm, sub};
 use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{
-    BoundaryOutput, Descriptor, Inputs, InterfaceReport, InterfaceRole, Outputs, PartnerSetup, Plugin, PluginError,
-    Pulse, Refusals, Report, Setup, SetupBoundary, SolverScene, StateReader, StateSink, Step,
+    BoundaryOutput, Descriptor, Energy, Inputs, InterfaceReport, InterfaceRole, Outputs, PartnerSetup, Plugin,
+    PluginError, Pulse, Refusals, Report, Setup, SetupBoundary, SolverScene, StateReader, StateSink, Step,
 };
 use cosplat_core::visual::{VisualForm, VisualState};
 
@@ -30,6 +30,8 @@ struct Run {
     /// Constants of the samples of each interface that shows some.
     marks: Vec<Marks>,
     dissipated: f64,
+    /// What is kinetic and stored now \[J\].
+    mechanical: [f64; 2],
     /// Last velocity of the stand-in of each rigid partner.
     foreseen: Vec<Option<Vec3>>,
     pool: Option<rayon::ThreadPool>,
@@ -63,7 +65,8 @@ impl Plugin for Pbd {
         let foreseen = vec![None; model.sim.setting.partners.len()];
         let marks = vec![Marks::default(); model.faces.len()];
         let lattices = vec![Vec::new(); model.faces.len()];
-        let run = Run { model, marks, dissipated: 0.0, foreseen, pool, lattices, near: Near::default() };
+        let (mechanical, near) = (model.mechanical(), Near::default());
+        let run = Run { model, marks, dissipated: 0.0, mechanical, foreseen, pool, lattices, near };
         let setup = run.setup();
         self.run = Some(run);
         Ok(setup)
@@ -90,7 +93,7 @@ impl Plugin for Pbd {
         let (proxies, residuals) = run.proxies(inputs)?;
         let kicks = run.kicks(inputs)?;
         let (swarms, meetings) = swarms(&run.model, (&run.marks, &run.lattices), inputs, step.length_s)?;
-        let before: f64 = run.model.mechanical().iter().sum();
+        let before: f64 = run.mechanical.iter().sum();
         let has_wind = run.model.sim.setting.actions.iter().any(|a| matches!(a.influence, Influence::Wind(..)));
         let normals = if has_wind { run.model.all_normals() } else { Vec::new() };
         let (start, length, books) = (step.start_s, step.length_s, Books::default());
@@ -104,8 +107,10 @@ impl Plugin for Pbd {
         let given: f64 = course.books.driven.work
             + course.books.kicks.iter().chain(&course.books.swarms).map(|t| t.work).sum::<f64>()
             + course.proxies.iter().flat_map(|p| &p.on_own).map(|t| t.work).sum::<f64>();
-        run.dissipated += before + given - run.model.mechanical().iter().sum::<f64>();
-        Ok(outputs(&run.model, &course, &residuals, run.dissipated))
+        run.mechanical = run.model.mechanical();
+        run.dissipated += before + given - run.mechanical.iter().sum::<f64>();
+        let energy = run.model.energy(course.start + course.length, run.mechanical, run.dissipated);
+        Ok(outputs(&run.model, &course, &residuals, energy))
     }
 
     fn visual(&self, body: &str) -> Option<VisualState> {
@@ -156,11 +161,12 @@ impl Plugin for Pbd {
             (vertex.x, vertex.u) = (x, u);
         }
         (run.dissipated, run.foreseen, run.near) = (dissipated, foreseen, near);
+        run.mechanical = run.model.mechanical();
         Ok(())
     }
 }
 
-fn outputs(model: &Model, course: &Course, residuals: &[f64], dissipated: f64) -> Outputs {
+fn outputs(model: &Model, course: &Course, residuals: &[f64], energy: Energy) -> Outputs {
     let books = &course.books;
     let (mut impulses, mut interfaces, mut swarm) = (Vec::new(), Vec::new(), 0);
     for (index, face) in model.faces.iter().enumerate() {
@@ -190,7 +196,7 @@ fn outputs(model: &Model, course: &Course, residuals: &[f64], dissipated: f64) -
         substep_bound_by: model.bound(books.bound_by_speed),
         bodies: model.cloths.iter().map(|c| model.state(c)).collect(),
         external: books.driven.wrench.plus(books.held.wrench),
-        energy: model.energy(course.start + course.length, dissipated),
+        energy,
         interfaces,
         counters: [("contacts".to_owned(), books.touches), ("substeps beyond a thickness".to_owned(), books.too_fast)]
             .into(),
@@ -221,7 +227,7 @@ impl Run {
         let report = Report {
             substep_bound_by: model.bound(false),
             bodies: model.cloths.iter().map(|c| model.state(c)).collect(),
-            energy: model.energy(0.0, 0.0),
+            energy: model.energy(0.0, self.mechanical, 0.0),
             interfaces: rows.collect(),
             ..Report::default()
         };

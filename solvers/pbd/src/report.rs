@@ -6,7 +6,6 @@ use cosplat_core::plugin::{BodyState, Energy};
 use crate::model::{Cloth, Model};
 use crate::push::Influence;
 use crate::sheet::normals;
-use crate::vertex::Sweeps;
 
 impl Model {
     /// State of a body, summed over its vertices.
@@ -28,18 +27,11 @@ impl Model {
 
     /// Kinetic energy, and that stored in constraints \[J\].
     pub(crate) fn mechanical(&self) -> [f64; 2] {
-        let sim = &self.sim;
-        let kinetic = sim.vertices.iter().map(|v| 0.5 * v.mass * dot(v.u, v.u)).sum();
-        let setting = &sim.setting;
-        let sweeps = |n: u32| Sweeps { h: setting.longest, relaxed: setting.relaxed.then_some(n) };
-        let [first, second] = setting.iterations.map(sweeps);
-        let stretch = sim.edges.energy(&sim.vertices, sim.size, &first);
-        [kinetic, stretch + sim.hinges.energy(&sim.vertices, sim.size, &second)]
+        [self.sim.vertices.iter().map(|v| 0.5 * v.mass * dot(v.u, v.u)).sum(), self.sim.stored()]
     }
 
-    /// Energies at time `t` \[s\].
-    pub(crate) fn energy(&self, t: f64, dissipated_j: f64) -> Energy {
-        let [kinetic_j, stored] = self.mechanical();
+    /// Energies at time `t` \[s\], with what is kinetic and stored.
+    pub(crate) fn energy(&self, t: f64, [kinetic_j, stored]: [f64; 2], dissipated_j: f64) -> Energy {
         let mut energy = Energy { kinetic_j, potential_j: stored, dissipated_j };
         for action in self.sim.setting.actions.iter().filter(|a| a.gravity && (a.from..=a.until).contains(&t)) {
             let Influence::Uniform(g) = action.influence else { continue };

@@ -5,7 +5,7 @@ use cosplat_core::plugin::{PluginError, Pulse, Signal};
 use rayon::prelude::*;
 
 use crate::bend::Hinge;
-use crate::contact::{Others, Surface, Touch, settle};
+use crate::contact::{Others, Surface, Touch, earn, settle};
 use crate::near::{Near, Speeds, radius};
 use crate::own::Mesh;
 use crate::pair::Pair;
@@ -127,6 +127,8 @@ pub(crate) struct Books {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Desk {
     driven: Tally,
+    /// Impulse of gravity and other actions on each vertex \[N s\].
+    pushes: Vec<Vec3>,
     pub(crate) held: Tally,
     kicks: Vec<Tally>,
     /// Of one vertex.
@@ -220,22 +222,27 @@ impl Sim {
         let push = Push::new(&setting.actions, setting.bodies, (now, now + h), setting.damping);
         // An impulse at once is taken in the first substep.
         let share = |kick: &Kick| if kick.spread { h / course.length } else { f64::from(u8::from(t <= 0.0)) };
-        let kicks: Vec<(&[Vec3], f64)> = course.kicks.iter().map(|k| (&k.impulse[..], share(k))).collect();
+        let given = std::mem::take(&mut course.kicks);
+        let kicks: Vec<(&[Vec3], f64)> = given.iter().map(|k| (&k.impulse[..], share(k))).collect();
         for desk in desks.iter_mut() {
             *desk = Desk { kicks: vec![Tally::default(); kicks.len()], ..std::mem::take(desk) };
             (desk.driven, desk.held, desk.count) = (Tally::default(), Tally::default(), 0);
         }
+        let mut start: Vec<Vec3> = self.vertices.iter().map(|v| v.u).collect();
         for i in 0..setting.iterations[0].max(setting.iterations[1]) {
             let solver = Solve { h, per_h2: 1.0 / (h * h), first: i == 0, relaxed: setting.relaxed };
             let prepare = |b: usize, vertices: &mut [Vertex], desk: &mut Desk| {
                 let from = b * self.size;
+                desk.pushes.clear();
                 for (k, vertex) in vertices.iter_mut().enumerate() {
-                    pushed(vertex, self.owner[from + k] as usize, &push, desk);
+                    let mut driven = pushed(vertex, self.owner[from + k] as usize, &push, desk);
                     if push.has_wind() {
                         let patch = (course.normals[from + k], self.area[from + k]);
                         let impulse = push.wind(self.owner[from + k] as usize, (vertex.u, vertex.mass), patch);
                         kick(vertex, impulse, &mut desk.driven, &mut desk.held);
+                        driven = add(driven, impulse);
                     }
+                    desk.pushes.push(driven);
                     for (&(impulses, share), tally) in kicks.iter().zip(&mut desk.kicks) {
                         kick(vertex, scale(impulses[from + k], share), tally, &mut desk.held);
                     }
@@ -276,9 +283,19 @@ impl Sim {
         let parts = self.parts(course, h);
         for i in 0..parts {
             let part = h / f64::from(parts);
-            self.meet(course, desks, t + f64::from(i) * part, part);
+            self.meet(course, desks, &start, (t + f64::from(i) * part, part));
+            if i == 0 {
+                let blocks = self.vertices.chunks(self.size).zip(start.chunks(self.size));
+                let work: Vec<_> = blocks.zip(desks.iter_mut()).collect();
+                each(self.setting.parallel, work, |b, ((vertices, start), desk)| {
+                    let own = kicks.iter().map(|&(impulses, share)| (&impulses[b * self.size..], share));
+                    desk.earn(vertices, start, own);
+                });
+            }
             self.drift(course, part);
+            start.iter_mut().zip(&self.vertices).for_each(|(start, v)| *start = v.u);
         }
+        course.kicks = given;
         let books = &mut course.books;
         for desk in desks.iter() {
             books.driven.add(&desk.driven);
@@ -313,8 +330,8 @@ impl Sim {
         course.swarms.iter_mut().for_each(|s| s.drift(h));
     }
 
-    /// Contact of one substep, or of a part of it.
-    fn meet(&mut self, course: &mut Course, desks: &mut [Desk], t: f64, h: f64) {
+    /// Contact of one substep, or of a part of it, at whose start the velocities were `start` \[m/s\].
+    fn meet(&mut self, course: &mut Course, desks: &mut [Desk], start: &[Vec3], (t, h): (f64, f64)) {
         let setting = &self.setting;
         course.proxies.iter_mut().for_each(|p| p.push(h));
         course.swarms.iter_mut().for_each(|s| s.at(t));
@@ -353,6 +370,7 @@ impl Sim {
             }
             settle(&mut self.vertices, &self.owner, &mut touches, &mut others, h);
         }
+        earn(&self.vertices, start, &self.owner, &touches, &mut others);
     }
 
     /// Pieces of cloth that touch.
@@ -371,28 +389,52 @@ impl Sim {
     }
 }
 
-/// Influences on one vertex.
+impl Desk {
+    /// Books the work of actions and of kicks, on each vertex and the share of it, on vertices that had the velocities
+    /// `start` \[m/s\].
+    fn earn<'a>(&mut self, vertices: &[Vertex], start: &[Vec3], kicks: impl Iterator<Item = (&'a [Vec3], f64)>) {
+        for ((vertex, &start), &impulse) in vertices.iter().zip(start).zip(&self.pushes) {
+            self.driven.earn(impulse, [start, vertex.u]);
+        }
+        for ((impulses, share), tally) in kicks.zip(&mut self.kicks) {
+            for ((vertex, &start), &impulse) in vertices.iter().zip(start).zip(impulses) {
+                tally.earn(scale(impulse, share), [start, vertex.u]);
+            }
+        }
+    }
+}
+
+/// Influences on one vertex; the impulse of those that are not damping \[N s\].
 #[inline]
-fn pushed(vertex: &mut Vertex, body: usize, push: &Push, desk: &mut Desk) {
+fn pushed(vertex: &mut Vertex, body: usize, push: &Push, desk: &mut Desk) -> Vec3 {
+    let mut impulse = [0.0; 3];
     if vertex.w > 0.0 {
         // Before the rest: what is at rest under its weight has nothing to lose.
         if push.damped > 0.0 {
             desk.held.give(vertex, scale(vertex.u, -push.damped * vertex.mass));
         }
-        desk.driven.give(vertex, scale(push.at(body, vertex.x), vertex.mass));
+        impulse = scale(push.at(body, vertex.x), vertex.mass);
+        desk.driven.give(vertex, impulse);
     }
+    impulse
 }
 
 /// An impulse on a vertex; one that is fixed hands it on to the world.
 fn kick(vertex: &mut Vertex, impulse: Vec3, tally: &mut Tally, held: &mut Tally) {
     tally.give(vertex, impulse);
     if vertex.w <= 0.0 {
-        held.book(vertex.x, scale(impulse, -1.0), [0.0; 3]);
+        held.book(vertex.x, scale(impulse, -1.0));
     }
 }
 
 /// Solves the constraints of a block.
-fn project(vertices: &mut [Vertex], edges: &mut [Edge], hinges: &mut [Hinge], turn: [bool; 2], solver: &Solve) {
+pub(crate) fn project(
+    vertices: &mut [Vertex],
+    edges: &mut [Edge],
+    hinges: &mut [Hinge],
+    turn: [bool; 2],
+    solver: &Solve,
+) {
     if turn[0] {
         for edge in edges {
             solve(edge, vertices, solver);
@@ -406,7 +448,7 @@ fn project(vertices: &mut [Vertex], edges: &mut [Edge], hinges: &mut [Hinge], tu
 }
 
 /// Solves a constraint with an end that is fixed to the world, which takes that end's impulse.
-fn anchor<const N: usize, C: Constraint<N>>(
+pub(crate) fn anchor<const N: usize, C: Constraint<N>>(
     constraint: &mut C,
     vertices: &mut [Vertex],
     solver: &Solve,
@@ -418,7 +460,7 @@ fn anchor<const N: usize, C: Constraint<N>>(
             if vertices[i].w > 0.0 {
                 vertices[i].take(impulse);
             } else {
-                held.book(vertices[i].x, scale(impulse, -1.0), [0.0; 3]);
+                held.book(vertices[i].x, scale(impulse, -1.0));
             }
         }
     }

@@ -1,6 +1,10 @@
 //! Impulse, angular impulse and work of one cause, summed from the impulses themselves.
+//!
+//! Work is counted at the mean of the velocities at the start and the end of a substep, for all causes alike: the sum of
+//! their works is then the change of the kinetic energy, whatever the order in which they act. Counted at the velocity
+//! in between, what one cause gives in a substep and the next takes back would be work of both.
 
-use cosplat_core::boundary::{Vec3, Wrench, add, cross, dot, norm, scale};
+use cosplat_core::boundary::{Vec3, Wrench, add, cross, dot, norm};
 use cosplat_core::plan::InterfaceId;
 use cosplat_core::plugin::InterfaceReport;
 
@@ -22,18 +26,22 @@ impl Tally {
     /// `x × m u`, so that the sums close to rounding. A vertex that is fixed hands it on to the world.
     #[inline]
     pub(crate) fn give(&mut self, vertex: &mut Vertex, impulse: Vec3) {
-        let before = vertex.u;
         vertex.take(impulse);
-        self.book(vertex.x, impulse, scale(add(before, vertex.u), 0.5));
+        self.book(vertex.x, impulse);
     }
 
-    /// Books an impulse at `x` \[m\] whose point has the mean velocity `v` \[m/s\].
+    /// Books an impulse at `x` \[m\].
     #[inline]
-    pub(crate) fn book(&mut self, x: Vec3, impulse: Vec3, v: Vec3) {
+    pub(crate) fn book(&mut self, x: Vec3, impulse: Vec3) {
         self.wrench.linear = add(self.wrench.linear, impulse);
         self.wrench.angular = add(self.wrench.angular, cross(x, impulse));
-        self.work += dot(impulse, v);
         self.gross += norm(impulse);
+    }
+
+    /// Books the work of an impulse on a vertex with these velocities at the start and the end \[m/s\].
+    #[inline]
+    pub(crate) fn earn(&mut self, impulse: Vec3, [start, end]: [Vec3; 2]) {
+        self.work += 0.5 * dot(impulse, add(start, end));
     }
 
     /// Adds another.

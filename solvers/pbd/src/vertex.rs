@@ -42,24 +42,26 @@ pub(crate) struct Solve {
 pub(crate) struct Sweeps {
     /// Length of a substep \[s\].
     pub(crate) h: f64,
-    /// Iterations in a substep where published factors scale the corrections.
-    pub(crate) relaxed: Option<u32>,
+    /// Iterations in a substep.
+    pub(crate) iterations: u32,
+    /// Whether published factors scale the corrections.
+    pub(crate) relaxed: bool,
 }
 
 impl Sweeps {
-    /// Energy \[J\] of a constraint that is off by `c`, with the sum `weight` of `w |∇C|²`.
+    /// Energy \[J\] of a constraint that is off by `c`, with the sum `weight` of `w |∇C|²` and the multiplier `lambda` of
+    /// a substep from rest: half of `c` times its force.
     ///
-    /// A sweep leaves about `h² weight` of softness. Where each of `n` corrections is scaled by `r`, the share
-    /// `φ = 1 - (1 - r)^n` of an error is taken in a substep, as by the compliance `h² weight (1 - φ)/φ`.
-    pub(crate) fn energy(&self, c: f64, compliance: f64, weight: f64, relaxation: f64) -> f64 {
-        let one = self.h * self.h * weight;
-        let soft = match self.relaxed {
-            Some(n) => {
-                let left = libm::pow(1.0 - relaxation, f64::from(n));
-                (compliance + one) * (left / (1.0 - left)).max(1.0)
-            }
-            None => compliance.max(one),
-        };
+    /// A sweep leaves softness: the forces are linear in all `c` together, and are not those of the compliances. Where
+    /// each of `n` corrections is scaled by the factor `r` in place of the multiplier, the share `φ = 1 - (1 - r)^n` of an
+    /// error is taken in a substep, as by the compliance `h² weight (1 - φ)/φ`.
+    pub(crate) fn energy(&self, c: f64, compliance: f64, weight: f64, lambda: f64) -> f64 {
+        let h2 = self.h * self.h;
+        if !self.relaxed {
+            return -0.5 * c * lambda / h2;
+        }
+        let left = libm::pow(1.0 - lambda, f64::from(self.iterations));
+        let soft = (compliance + h2 * weight) * (left / (1.0 - left)).max(1.0);
         if soft > 0.0 { 0.5 * c * c / soft } else { 0.0 }
     }
 }
