@@ -228,7 +228,7 @@ impl Sim {
             *desk = Desk { kicks: vec![Tally::default(); kicks.len()], ..std::mem::take(desk) };
             (desk.driven, desk.held, desk.count) = (Tally::default(), Tally::default(), 0);
         }
-        let mut start: Vec<Vec3> = self.vertices.iter().map(|v| v.u).collect();
+        let start: Vec<Vec3> = self.vertices.iter().map(|v| v.u).collect();
         for i in 0..setting.iterations[0].max(setting.iterations[1]) {
             let solver = Solve { h, per_h2: 1.0 / (h * h), first: i == 0, relaxed: setting.relaxed };
             let prepare = |b: usize, vertices: &mut [Vertex], desk: &mut Desk| {
@@ -280,6 +280,29 @@ impl Sim {
                 self.hinges.anchored.iter_mut().for_each(|c| anchor(c, &mut self.vertices, &solver, held));
             }
         }
+        self.touch_and_move(course, desks, start, &kicks, (t, h));
+        course.kicks = given;
+        let books = &mut course.books;
+        for desk in desks.iter() {
+            books.driven.add(&desk.driven);
+            books.held.add(&desk.held);
+            books.touches += desk.count;
+            for (sum, one) in books.kicks.iter_mut().zip(&desk.kicks) {
+                sum.add(one);
+            }
+        }
+    }
+
+    /// Contact and motion of a substep, and the work of what partners and actions gave in it, where the velocities at its
+    /// start were `start` \[m/s\].
+    fn touch_and_move(
+        &mut self,
+        course: &mut Course,
+        desks: &mut [Desk],
+        mut start: Vec<Vec3>,
+        kicks: &[(&[Vec3], f64)],
+        (t, h): (f64, f64),
+    ) {
         let parts = self.parts(course, h);
         for i in 0..parts {
             let part = h / f64::from(parts);
@@ -294,16 +317,6 @@ impl Sim {
             }
             self.drift(course, part);
             start.iter_mut().zip(&self.vertices).for_each(|(start, v)| *start = v.u);
-        }
-        course.kicks = given;
-        let books = &mut course.books;
-        for desk in desks.iter() {
-            books.driven.add(&desk.driven);
-            books.held.add(&desk.held);
-            books.touches += desk.count;
-            for (sum, one) in books.kicks.iter_mut().zip(&desk.kicks) {
-                sum.add(one);
-            }
         }
     }
 

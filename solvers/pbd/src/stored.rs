@@ -7,7 +7,7 @@
 
 use crate::sim::{Sim, anchor, project};
 use crate::tally::Tally;
-use crate::vertex::{Solve, Sweeps};
+use crate::vertex::{Solve, Sweeps, Vertex};
 
 impl Sim {
     /// Energy stored in constraints \[J\], as substeps of the longest length feel it.
@@ -15,8 +15,8 @@ impl Sim {
         let (setting, size) = (&self.setting, self.size);
         let (mut edges, mut hinges) = (self.edges.clone(), self.hinges.clone());
         if !setting.relaxed {
-            let mut vertices = self.vertices.clone();
-            vertices.iter_mut().for_each(|v| v.u = [0.0; 3]);
+            let at_rest = |v: &Vertex| Vertex { u: [0.0; 3], ..*v };
+            let mut vertices: Vec<Vertex> = self.vertices.iter().map(at_rest).collect();
             let (h, mut world) = (setting.longest, Tally::default());
             for i in 0..setting.iterations[0].max(setting.iterations[1]) {
                 let turn = setting.iterations.map(|n| i < n);
