@@ -134,10 +134,14 @@ fn human(gallery: &Gallery, page: &Path, paint: Paint) -> String {
     }));
     let mut text = table(paint, &rows);
     for compared in &gallery.comparisons {
-        text.push_str(&format!("\n{}\n", printable(&format!("Runs of {}, against the first", compared.scene))));
+        text += "\n";
+        text += &printable(&format!("Runs of {}, against the first", compared.scene));
+        text += "\n";
         text.push_str(&table(paint, &comparison(compared)));
     }
-    text.push_str(&format!("\nwritten to {}\n", paint.cyan(&page.display().to_string())));
+    text += "\nwritten to ";
+    text += &paint.cyan(&page.display().to_string());
+    text += "\n";
     for (folder, why) in &gallery.unreadable {
         talk(&printable(&format!("`{folder}` is not shown: {why}")));
     }

@@ -146,7 +146,8 @@ fn difference(reference: &[(f64, f64)], other: &Table, column: &str) -> Option<D
 fn at(curve: &[(f64, f64)], time: f64) -> Option<f64> {
     let after = curve.partition_point(|p| p.0 < time);
     let end = curve.get(after)?;
-    if end.0 == time {
+    // Only where the point after it lies at the time itself may there be none before it.
+    if end.0 <= time {
         return Some(end.1);
     }
     let start = curve.get(after.checked_sub(1)?)?;

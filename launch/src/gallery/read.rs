@@ -86,9 +86,12 @@ pub(crate) fn run_folders(given: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
             found.push(folder.clone());
             continue;
         }
-        let inside = runs_in(folder).map_err(|e| missing(folder).because(e));
-        let inside = inside.and_then(|runs| if runs.is_empty() { Err(missing(folder)) } else { Ok(runs) });
-        found.extend(inside.map_err(|problem| Error::new(Code::Scene, problem))?);
+        let refuse = |problem| Error::new(Code::Scene, problem);
+        let inside = runs_in(folder).map_err(|e| refuse(missing(folder).because(e)))?;
+        if inside.is_empty() {
+            return Err(refuse(missing(folder)));
+        }
+        found.extend(inside);
     }
     Ok(found)
 }

@@ -12,7 +12,7 @@ use super::{Chart, Line, chart, parts, word};
 use crate::folder::curves::Table;
 use crate::folder::summary::Status;
 use crate::gallery::Gallery;
-use crate::gallery::compare::{Comparison, Quantity};
+use crate::gallery::compare::{Apart, Comparison, Difference, Quantity};
 use crate::gallery::read::ArchivedRun;
 
 /// The gallery as a page; `link` gives the address of the report of a run, where it has one.
@@ -38,7 +38,7 @@ pub(crate) fn html(gallery: &Gallery, link: impl Fn(&ArchivedRun) -> Option<Stri
                     @for compared in &gallery.comparisons { a href={ "#compare-" (compared.scene) } { "Compare " (compared.scene) } }
                 }
                 main {
-                    section.cards { @for (i, run) in gallery.runs.iter().enumerate() { (card(gallery, i, run, link(run))) } }
+                    section.cards { @for (i, run) in gallery.runs.iter().enumerate() { (card(gallery, i, run, link(run).as_deref())) } }
                     @for compared in &gallery.comparisons {
                         section id={ "compare-" (compared.scene) } {
                             h2 { "Runs of " (compared.scene) }
@@ -61,12 +61,12 @@ fn label(gallery: &Gallery, at: usize) -> String {
     if is_alone { name } else { run.folder.display().to_string() }
 }
 
-fn card(gallery: &Gallery, at: usize, run: &ArchivedRun, report: Option<String>) -> Markup {
+fn card(gallery: &Gallery, at: usize, run: &ArchivedRun, report: Option<&str>) -> Markup {
     let summary = &run.summary;
     let failed = summary.verdicts.iter().filter(|v| !v.passed).count();
     html! {
         article.card id={ "run-" (at) } {
-            h2 { @if let Some(report) = &report { a href=(report) { (label(gallery, at)) } } @else { (label(gallery, at)) } }
+            h2 { @if let Some(report) = report { a href=(report) { (label(gallery, at)) } } @else { (label(gallery, at)) } }
             @if let Some(png) = &run.picture {
                 img src={ "data:image/png;base64," (STANDARD.encode(png)) } alt={ "A picture from the middle of " (summary.scene) };
             }
@@ -159,13 +159,13 @@ fn probe_head(names: &[String]) -> Vec<(&str, &str)> {
 }
 
 fn probe_rows(compared: &Comparison) -> Vec<Vec<Markup>> {
-    let cell = |apart: &Option<crate::gallery::compare::Difference>| match apart {
+    let cell = |apart: Option<Difference>| match apart {
         Some(d) => html! { (quantity(d.rms)) " rms, " (quantity(d.max)) " at most" },
         None => html! { "–" },
     };
-    let row = |apart: &crate::gallery::compare::Apart| {
+    let row = |apart: &Apart| {
         let first = [html! { code { (apart.column) } }, html! { (quantity(apart.range)) }];
-        first.into_iter().chain(apart.differences.iter().skip(1).map(cell)).collect()
+        first.into_iter().chain(apart.differences.iter().skip(1).copied().map(cell)).collect()
     };
     compared.probes.iter().map(row).collect()
 }

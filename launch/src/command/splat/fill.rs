@@ -117,7 +117,7 @@ fn filled(args: &FillArgs) -> Result<Filled, Error> {
     };
     let extent = Extent::visible(&decoded.splats).ok_or_else(|| unusable(&"no Gaussian has a finite place"))?;
     let spacing = args.spacing.unwrap_or(extent.longest() * args.metres_per_unit / ALONG);
-    let up = args.up.unwrap_or_else(|| super::convention(decoded.splats.axes).map_or([0.0, 0.0, 1.0], axis));
+    let up = args.up.unwrap_or_else(|| decoded.splats.axes.up().map_or([0.0, 0.0, 1.0], axis));
     let recipe = Recipe { min_opacity: args.min_opacity, ..Recipe::new(args.metres_per_unit, up, spacing) };
     let on_ground = !args.all_sides;
     let thresholds = [args.density, args.search];

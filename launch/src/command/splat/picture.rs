@@ -75,6 +75,7 @@ impl RenderArgs {
             fov: FIELD_OF_VIEW_DEG,
             size,
             background: [1.0; 3],
+            orbit: None,
             format: Format::default(),
         }
     }
