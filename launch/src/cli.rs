@@ -49,9 +49,9 @@ Examples:
   cosplat run two-tops --solver top=rigid        another plugin for a body
   cosplat run my-scene.toml --checkpoint-every 0.5
   cosplat run --resume out/oscillator           goes on where that was stopped or killed
-  cosplat run plant-and-rock --live             watch it in a rerun viewer
-  cosplat run plant-and-rock --serve            watch it in a browser on this machine
-  cosplat run plant-and-rock --set output.video=true
+  cosplat run my-scene.toml --live              watch it in a rerun viewer
+  cosplat run my-scene.toml --serve             watch it in a browser on this machine
+  cosplat run my-scene.toml --set output.video=true
   cosplat run oscillator --format json | jq .state_hash";
 
 const CHECK_EXAMPLES: &str = "\

@@ -79,18 +79,16 @@ fn of_the_help(command: &str, place: &Path, found: &mut Vec<String>) {
 fn prepared() -> tempfile::TempDir {
     let place = tempfile::tempdir().expect("a scratch folder");
     let at = |name: &str| place.path().join(name);
-    let folders = [
-        "bin",
-        ".local/share/man/man1",
-        ".local/share/bash-completion/completions",
-        ".zfunc",
-        ".config/fish/completions",
-    ];
+    let folders =
+        [".local/share/man/man1", ".local/share/bash-completion/completions", ".zfunc", ".config/fish/completions"];
     for folder in folders {
         fs::create_dir_all(at(folder)).expect("a folder can be made");
     }
+    let scene = fs::read_to_string(root().join("launch/scenes/oscillator.toml")).expect("the scene is there");
+    // With frames, which some examples show.
+    let scene = scene.replacen("[clock]\n", "[clock]\nfps = 10\n", 1);
     for name in ["scene.toml", "my-scene.toml"] {
-        fs::copy(root().join("launch/scenes/oscillator.toml"), at(name)).expect("the scene is there");
+        fs::write(at(name), &scene).expect("a file");
     }
     fs::create_dir_all(at("verification")).expect("a folder can be made");
     for name in ["free-flight.study.toml", "hanging-strip.study.toml", "hanging-strip.toml"] {
@@ -109,21 +107,16 @@ fn needs(line: &str) -> Option<&'static str> {
     if line.starts_with("cosplat report") {
         return Some("for run in a b coarse fine; do cosplat run oscillator --quiet --out out/$run; done");
     }
+    if line.contains("--resume") {
+        return Some("cosplat run my-scene.toml --quiet --checkpoint-every 0.5");
+    }
     line.contains("first.toml").then_some("rm -f first.toml && cosplat new first")
 }
 
-#[test]
-fn every_command_that_is_shown_works() {
+/// Types every command that is shown and chosen.
+fn type_all(chosen: impl Fn(&str) -> bool) {
     let place = prepared();
-    let mut shown = of_the_readme();
-    of_the_help("", place.path(), &mut shown);
-    // Not listed: people do not call it.
-    of_the_help("solver", place.path(), &mut shown);
-    let shown: BTreeSet<String> = shown.into_iter().collect();
-    assert!(shown.len() > 20, "only {} commands were found: {shown:?}", shown.len());
-    for (line, _) in NOT_TYPED {
-        assert!(shown.contains(line), "`{line}` is excused, but no document shows it");
-    }
+    let shown: Vec<String> = shown(place.path()).into_iter().filter(|line| chosen(line)).collect();
     let has_jq = shell("jq --version", place.path()).status.success();
     for line in shown.iter().filter(|line| NOT_TYPED.iter().all(|(excused, _)| excused != line)) {
         let typed = if has_jq { line.as_str() } else { line.split(" | jq").next().unwrap_or(line) };
@@ -135,6 +128,35 @@ fn every_command_that_is_shown_works() {
         }
         succeed(typed, place.path());
     }
+}
+
+/// Every command that a document shows, each once.
+fn shown(place: &Path) -> BTreeSet<String> {
+    let mut shown = of_the_readme();
+    of_the_help("", place, &mut shown);
+    // Not listed: people do not call it.
+    of_the_help("solver", place, &mut shown);
+    shown.into_iter().collect()
+}
+
+#[test]
+fn every_excuse_is_needed() {
+    let place = tempfile::tempdir().expect("a scratch folder");
+    let shown = shown(place.path());
+    assert!(shown.len() > 20, "only {} commands were found: {shown:?}", shown.len());
+    for (line, _) in NOT_TYPED {
+        assert!(shown.contains(line), "`{line}` is excused, but no document shows it");
+    }
+}
+
+#[test]
+fn every_command_that_is_shown_works() {
+    type_all(|line| !line.starts_with("cosplat splat"));
+}
+
+#[test]
+fn every_command_for_splat_files_that_is_shown_works() {
+    type_all(|line| line.starts_with("cosplat splat"));
 }
 
 #[test]
