@@ -14,7 +14,8 @@
 //! Strain is stored as `B = b_e - I` (`math`, `law`), which keeps small strains of spinning bodies to single precision;
 //! positions are relative to their block, with the rounding of the last sum beside them (`store`). The length of a
 //! substep follows from wave speed, particle speed and strain rate (`stable`); a substep that goes too far is undone and
-//! repeated with half the length (`sim`). Impulses of walls, gravity and rigid partners are the changes of the grid's
+//! repeated with half the length (`sim`). Single particles that run away all the same lose their stress, counted
+//! (`quarantine`). Impulses of walls, gravity and rigid partners are the changes of the grid's
 //! momentum, in f64; the momentum that they must explain is summed over the particles (`report`): two separate roads,
 //! so that their difference is a check.
 //!
@@ -40,6 +41,7 @@ mod parts;
 mod plugin;
 mod proxy;
 mod push;
+mod quarantine;
 mod read;
 mod read_actions;
 mod read_bodies;

@@ -6,6 +6,7 @@ use crate::grid::{Grid, Substep};
 use crate::law::{Law, STRETCH};
 use crate::math::{all, congruence, det_minus_one};
 use crate::parts::for_parts;
+use crate::quarantine::released;
 use crate::real::{Lanes, Real};
 use crate::store::{B, C, EP, Quad, Store, V, VOL, X, XLO};
 use crate::tile::{Extent, TILE, Tile};
@@ -81,7 +82,9 @@ impl<R: Real> Tiles<R> {
                 return;
             }
             for (f, quad) in grads.iter_mut().zip(&quads[blocks[b].range()]) {
-                let (c, old) = (gradient::<R>(quad), *f);
+                let (c, old, zero) = (gradient::<R>(quad), *f, R::V::default());
+                // What is in quarantine keeps its deformation.
+                let dt = R::V::if_less(quad[EP], zero, zero, dt);
                 for i in 0..3 {
                     for j in 0..3 {
                         f[3 * i + j] += dt * (c[i][0] * old[j] + c[i][1] * old[3 + j] + c[i][2] * old[6 + j]);
@@ -114,7 +117,7 @@ fn advance<R: Real>(quads: &mut [Quad<R>], live: usize, step: &Substep, tile: &T
         }
         let mut b = {
             let row = |i: usize| [c[i][0] * dt, c[i][1] * dt, c[i][2] * dt];
-            congruence::<R>(&[row(0), row(1), row(2)], &strain::<R>(quad))
+            released::<R>(quad, congruence::<R>(&[row(0), row(1), row(2)], &strain::<R>(quad)))
         };
         if law.may_flow(&b) {
             let (new, flowed, lost) = law.flow(&b);

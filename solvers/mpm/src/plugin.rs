@@ -155,8 +155,8 @@ impl<R: Real> Run<R> {
             statics: statics(shown, firsts[i] as u32),
             state: self.sim.samples(shown),
         });
-        let (dt, bound) = self.sim.stable(f64::INFINITY);
-        let words = bound.words(&self.model.names, &self.sim.setting.limits);
+        let stable = self.sim.stable(f64::INFINITY);
+        let words = stable.bound.words(&self.model.names, &self.sim.setting.limits);
         let (bodies, energy) = self.sim.states(&self.start, 0.0, 0.0);
         let interfaces =
             self.model.faces.iter().map(|f| InterfaceReport { interface: f.id, ..InterfaceReport::default() });
@@ -170,7 +170,7 @@ impl<R: Real> Run<R> {
         Setup {
             boundaries: boundaries.collect(),
             report,
-            stable_dt: dt.is_finite().then_some((dt, words)),
+            stable_dt: stable.dt.is_finite().then_some((stable.dt, words)),
             particles: self.model.particles.clone(),
             left_out: Vec::new(),
         }
@@ -258,6 +258,7 @@ impl<R: Real> Run<R> {
         let counters = [
             ("stretch-clamps", books.clamped),
             ("rollbacks", books.rollbacks),
+            ("quarantined-particles", books.quarantined),
             ("contact-places", books.places),
             ("contact-passes", books.passes),
             ("contact-unsettled", books.unsettled),

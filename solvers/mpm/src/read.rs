@@ -52,6 +52,7 @@ pub(crate) fn read<R: Real>(scene: &SolverScene) -> Result<Model<R>, PluginError
         actions,
         pairs,
         partners,
+        names: scene.bodies.iter().map(|b| b.name.clone()).collect(),
         limits: Limits {
             courant: reader.params.courant.unwrap_or(0.5),
             most: reader.params.most.unwrap_or(f64::INFINITY),

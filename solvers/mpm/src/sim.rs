@@ -13,7 +13,7 @@ use crate::proxy::{Partner, Proxy};
 use crate::push::{Action, Push};
 use crate::real::Real;
 use crate::settle::collide;
-use crate::stable::{Bound, Limits};
+use crate::stable::{Bound, Limits, Stable};
 use crate::store::Store;
 use crate::tally::Tally;
 use crate::topology::Topology;
@@ -29,9 +29,9 @@ const BEAT: u64 = 1_000_000;
 /// Particles below which one thread is faster than several.
 const SERIAL_BELOW: usize = 8000;
 /// Largest `dt |C|` of a substep: above it a cell would stretch by more than half.
-const MOST_STRETCH: f64 = 0.5;
+pub(crate) const MOST_STRETCH: f64 = 0.5;
 /// Largest way of a particle in one substep, in cells.
-const MOST_WAY: f64 = 0.5;
+pub(crate) const MOST_WAY: f64 = 0.5;
 
 /// What never changes in a run.
 #[derive(Clone, Debug)]
@@ -48,6 +48,8 @@ pub(crate) struct Setting<R: Real> {
     pub(crate) pairs: Pairs,
     /// Rigid partners.
     pub(crate) partners: Vec<Partner>,
+    /// Names of the bodies.
+    pub(crate) names: Vec<String>,
     /// Limits of the substep.
     pub(crate) limits: Limits,
     /// Mass of the lightest particle \[kg\].
@@ -71,6 +73,8 @@ pub(crate) struct Books {
     pub(crate) clamped: u64,
     /// Segments repeated with half the substep.
     pub(crate) rollbacks: u64,
+    /// Particles put into quarantine.
+    pub(crate) quarantined: u64,
     /// Places where a body touched a collider, summed over substeps.
     pub(crate) places: u64,
     /// Passes over touching places that their impulses took.
@@ -151,9 +155,13 @@ impl<R: Real> Sim<R> {
         let (mut time, mut halvings) = (0.0, 0_u32);
         while time < course.length {
             let left = course.length - time;
-            let (bound_dt, bound) = self.stable(left);
-            course.books.bound = bound;
-            let count = (left / (bound_dt / f64::from(1_u32 << halvings)) - 1e-9).ceil().max(1.0);
+            let mut stable = self.stable(left);
+            if stable.strained {
+                self.isolate_strained(course.start + time, &mut course.books)?;
+                stable = self.stable(left);
+            }
+            course.books.bound = stable.bound;
+            let count = (left / (stable.dt / f64::from(1_u32 << halvings)) - 1e-9).ceil().max(1.0);
             let (now, dt) = (count.min(SEGMENT as f64), left / count);
             self.safe.copy_from(&self.store);
             let safe = course.clone();
@@ -176,16 +184,20 @@ impl<R: Real> Sim<R> {
                 halvings = halvings.saturating_sub(1);
                 continue;
             }
-            let complaint = self.complaint(course.start + time, dt);
+            halvings += 1;
+            let given_up =
+                (halvings > MOST_ROLLBACKS).then(|| (self.complaint(course.start + time, dt), self.runaways(dt)));
             let rollbacks = course.books.rollbacks + 1;
             self.store.copy_from(&self.safe);
             *course = safe;
             course.books.rollbacks = rollbacks;
             self.rebuild(true);
             self.contact.start_afresh();
-            halvings += 1;
-            if halvings > MOST_ROLLBACKS {
-                return Err(PluginError::Physics(complaint));
+            if let Some((complaint, culprits)) = given_up {
+                if !self.isolate(&culprits, course.start + time, &mut course.books, &complaint)? {
+                    return Err(PluginError::Physics(complaint));
+                }
+                halvings = 0;
             }
         }
         Ok(())
@@ -200,7 +212,7 @@ impl<R: Real> Sim<R> {
     }
 
     /// Largest stable substep of now, no longer than `longest` \[s\], and what binds it.
-    pub(crate) fn stable(&self, longest: f64) -> (f64, Bound) {
+    pub(crate) fn stable(&self, longest: f64) -> Stable {
         let Setting { dx, limits, laws, .. } = &self.setting;
         limits.substep(&self.store, laws, *dx, longest, self.parallel())
     }

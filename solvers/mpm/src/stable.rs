@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::law::Law;
 use crate::math::all;
+use crate::quarantine::strained;
 use crate::real::{Lanes, Real};
 use crate::store::{Block, M, Store, V, VOL};
 use crate::transfer::{gradient, strain};
@@ -46,6 +47,17 @@ impl Bound {
     }
 }
 
+/// A substep, what binds it, and what was seen on the way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stable {
+    /// Length \[s\].
+    pub(crate) dt: f64,
+    /// What binds it.
+    pub(crate) bound: Bound,
+    /// Whether the strain of any particle left the range of `quarantine`.
+    pub(crate) strained: bool,
+}
+
 /// Limits that do not depend on the state.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits {
@@ -55,8 +67,8 @@ pub(crate) struct Limits {
     pub(crate) most: f64,
 }
 
-/// Largest wave speed, speed and rate with the body of each, squared.
-type Peaks = [(f64, u32); 3];
+/// Largest wave speed, speed and rate, squared, and 1 where a strain left its range, with the body of each.
+type Peaks = [(f64, u32); 4];
 
 impl Limits {
     /// Largest stable substep no longer than `longest` \[s\].
@@ -67,7 +79,7 @@ impl Limits {
         dx: f64,
         longest: f64,
         parallel: bool,
-    ) -> (f64, Bound) {
+    ) -> Stable {
         let one = |block: &Block| peaks(store, block, &laws[block.body as usize]);
         let most = |mut a: Peaks, b: Peaks| {
             for (a, b) in a.iter_mut().zip(b) {
@@ -78,8 +90,8 @@ impl Limits {
             }
             a
         };
-        let none = [(0.0, u32::MAX); 3];
-        let [wave, speed, rate] = if parallel {
+        let none = [(0.0, u32::MAX); 4];
+        let [wave, speed, rate, strained] = if parallel {
             store.blocks.par_iter().map(one).reduce(|| none, most)
         } else {
             store.blocks.iter().map(one).fold(none, most)
@@ -92,20 +104,24 @@ impl Limits {
             (self.most, Bound::User),
             (longest, Bound::Window),
         ];
-        choices.into_iter().fold((f64::INFINITY, Bound::Window), |a, b| if b.0 < a.0 { b } else { a })
+        let (dt, bound) =
+            choices.into_iter().fold((f64::INFINITY, Bound::Window), |a, b| if b.0 < a.0 { b } else { a });
+        Stable { dt, bound, strained: strained.0 > 0.0 }
     }
 }
 
 fn peaks<R: Real>(store: &Store<R>, block: &Block, law: &Law<R>) -> Peaks {
     let (zero, one) = (R::V::default(), all::<R>(1.0));
-    let (mut wave, mut speed, mut rate) = (zero, zero, zero);
+    let (mut wave, mut speed, mut rate, mut out) = (zero, zero, zero, zero);
     for quad in &store.quads[block.range()] {
         // A dead lane has no mass: give it one, its volume is 0.
         let mass = R::V::if_less(zero, quad[M], quad[M], one);
-        wave = wave.max(law.wave_modulus(&strain::<R>(quad)) * quad[VOL] / mass);
+        let b = strain::<R>(quad);
+        wave = wave.max(law.wave_modulus(&b) * quad[VOL] / mass);
+        out = out.max(strained::<R>(&b));
         speed = speed.max(quad[V] * quad[V] + quad[V + 1] * quad[V + 1] + quad[V + 2] * quad[V + 2]);
         rate = rate.max(gradient::<R>(quad).iter().flatten().fold(zero, |s, c| s + *c * *c));
     }
     let most = |v: R::V| (v.array().iter().fold(0.0, |a: f64, b| a.max(b.f64())), block.body);
-    [most(wave), most(speed), most(rate)]
+    [most(wave), most(speed), most(rate), most(out)]
 }

@@ -21,7 +21,7 @@ pub(crate) const B: usize = 18;
 pub(crate) const M: usize = 24;
 /// Volume at rest \[m³\].
 pub(crate) const VOL: usize = 25;
-/// Equivalent plastic strain.
+/// Equivalent plastic strain; negative for a particle in quarantine.
 pub(crate) const EP: usize = 26;
 /// Numbers of a particle.
 pub(crate) const FIELDS: usize = 27;
