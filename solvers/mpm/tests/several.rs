@@ -16,6 +16,13 @@ fn rigid(outputs: &Outputs) -> Wrench {
 
 /// A plate of 2 kg set down on as many soft blocks as there are solvers: mean way down in the second second, the mean
 /// expected \[m\], and the largest speed in the first and in the last half second.
+///
+/// Nothing in blocks or plate damps the swing (angular frequency ω); what decays is the coupling's. With `n` substeps in a
+/// window `h`, the plate here moves by its velocity at the end of a window and its stand-ins by those of their substeps:
+/// the plate is `(n-1)/2n` of a window ahead, which takes `ω² h (n-1)/4n` of the swing a second. One solver with both
+/// blocks shows 0.41/s of 0.45/s at two substeps in 2 ms, 1.21/s of 1.36/s at four in 4 ms, and none at one in 1 ms. With
+/// a solver for each block it is 0.61, 1.61 and 0.15/s: a stand-in feels the moment of one block, and not that of the
+/// other, which would hold it level. With 1000 times the moment of inertia, two and three solvers decay as one does.
 fn set_down(solvers: usize) -> (f64, f64, [f64; 2]) {
     let (window, gravity, mass) = (2e-3, [0.0, 0.0, -9.81], 2.0);
     let (edge, stiffness) = (0.1, 2e4);
@@ -56,7 +63,7 @@ fn set_down(solvers: usize) -> (f64, f64, [f64; 2]) {
 }
 
 #[test]
-fn a_plate_on_two_and_on_three_solvers_comes_to_rest() {
+fn a_plate_on_two_and_on_three_solvers_swings_about_its_rest() {
     for solvers in [2, 3] {
         let (mean, expected, speeds) = set_down(solvers);
         println!("{solvers} solvers: {mean} m of {expected}, speeds {speeds:?}");
