@@ -24,7 +24,7 @@ pub(crate) struct Run {
     pub(crate) folder: PathBuf,
     /// How long it took.
     pub(crate) took: Duration,
-    _scratch: tempfile::TempDir,
+    scratch: tempfile::TempDir,
 }
 
 impl Run {
@@ -44,7 +44,7 @@ impl Run {
     /// Goes on with the run, in the same folder.
     pub(crate) fn resume(self, args: &[&str]) -> Program {
         let command = Command::new(env!("CARGO_BIN_EXE_cosplat"));
-        let mut program = Program { scratch: self._scratch, token: token(), command, folder: self.folder };
+        let mut program = Program { scratch: self.scratch, token: token(), command, folder: self.folder };
         program.command.args(["run", "--resume"]).arg(&program.folder).args(args);
         program.piped()
     }
@@ -174,7 +174,7 @@ impl Running {
             summary: summary.ok().and_then(|t| serde_json::from_str(&t).ok()).unwrap_or(Value::Null),
             folder: program.folder,
             took,
-            _scratch: program.scratch,
+            scratch: program.scratch,
         }
     }
 }

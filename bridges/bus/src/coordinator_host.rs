@@ -129,14 +129,14 @@ impl CoordinatorHost {
         // zenoh refuses to wait on a thread that drives a single-threaded tokio runtime; whose thread this is, is the
         // caller's business, so the session is opened on one of our own.
         let opener = thread::Builder::new().name("bus-open".to_owned());
-        let opened = opener.spawn(move || Self::open(life, plan, scenes, limits, spin));
+        let opened = opener.spawn(move || Self::open(life, &plan, scenes, limits, spin));
         let opened = opened.map_err(|source| BusError::Thread { name: "bus-open", source })?.join();
         opened.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }
 
     fn open(
         life: Life,
-        plan: Plan,
+        plan: &Plan,
         scenes: Vec<SolverScene>,
         limits: Limits,
         spin: Spin,
@@ -153,7 +153,7 @@ impl CoordinatorHost {
         let names: Vec<String> = plan.participants.iter().map(|p| p.name.clone()).collect();
         let users = names.iter().map(|n| Ok((n.clone(), new_password()?))).collect::<Result<Vec<_>, BusError>>()?;
         let endpoint = folder.endpoint();
-        let config = config::coordinator(&plan, &keys, &endpoint, &folder.write_users(&users)?)?;
+        let config = config::coordinator(plan, &keys, &endpoint, &folder.write_users(&users)?)?;
         let bus = Bus::open(config, "the coordinator", &endpoint)?;
         let (post, mailbox) = mailbox(spin);
         let mut outlets = Vec::with_capacity(names.len());
@@ -164,7 +164,7 @@ impl CoordinatorHost {
             bus.watch_presence(&keys.live(name), move |here| seen.send(Incoming::Presence(who, here)))?;
             outlets.push(bus.publisher(keys.ctl(name), Lane::Control)?);
         }
-        let partners = introduce(&plan, &folder)?;
+        let partners = introduce(plan, &folder)?;
         let holders = plan.participants.iter().zip(&users).zip(partners);
         let tickets = holders.map(|((participant, (user, password)), partners)| JoinTicket {
             protocol: PROTOCOL,

@@ -83,7 +83,7 @@ impl CheckpointFolder {
     /// [`CheckpointError`] when the newest one cannot be read.
     pub fn newest<'n>(
         &self,
-        participants: impl Iterator<Item = &'n str> + Clone,
+        participants: &(impl Iterator<Item = &'n str> + Clone),
     ) -> Result<Option<Checkpoint>, CheckpointError> {
         let mut windows = self.windows(RECORD);
         windows.sort_unstable();
@@ -149,7 +149,7 @@ mod tests {
     fn a_checkpoint_counts_when_all_have_their_part_and_the_one_before_stays_until_then() {
         let place = tempfile::tempdir().unwrap();
         let folder = CheckpointFolder::new(place.path().join("checkpoints"));
-        let newest = || folder.newest(["a", "b.2"].into_iter()).unwrap().map(|c| c.window);
+        let newest = || folder.newest(&["a", "b.2"].into_iter()).unwrap().map(|c| c.window);
         assert_eq!(newest(), None);
         for name in ["a", "b.2"] {
             folder.put_snapshot(name, 5, None, &part(5)).unwrap();

@@ -86,12 +86,9 @@ impl Checkpoints {
         commands: &[Vec<OsString>],
     ) -> Result<(Self, TakenUp), Error> {
         let path = folder.file(CHECKPOINTS);
-        let about = fs::read(path.join(ABOUT)).map_err(|e| no_checkpoint(folder).because(e));
-        let about = about.and_then(|bytes| {
-            serde_json::from_slice::<About>(&bytes)
-                .map_err(|e| no_checkpoint(folder).because(format!("`{ABOUT}`: {e}")))
-        });
-        let about = about.map_err(|problem| Error::new(Code::Scene, problem))?;
+        let refuse = |why: String| Error::new(Code::Scene, no_checkpoint(folder).because(why));
+        let about = fs::read(path.join(ABOUT)).map_err(|e| refuse(e.to_string()))?;
+        let about: About = serde_json::from_slice(&about).map_err(|e| refuse(format!("`{ABOUT}`: {e}")))?;
         same_programs(folder, &about.programs, &programs(commands))?;
         let store = CheckpointFolder::new(&path);
         let taken_up = take_up(&store, plan).map_err(|why| {
@@ -180,7 +177,7 @@ fn no_checkpoint(folder: &RunFolder) -> Problem {
 fn take_up(store: &CheckpointFolder, plan: &Plan) -> Result<TakenUp, Option<String>> {
     let broken = |e: CheckpointError| Some(e.to_string());
     let names = plan.participants.iter().map(|p| p.name.as_str());
-    let checkpoint = store.newest(names).map_err(broken)?.ok_or(None)?;
+    let checkpoint = store.newest(&names).map_err(broken)?.ok_or(None)?;
     let path = store.path().join(file_name(checkpoint.window, SUMS));
     let bytes = fs::read(&path).map_err(|e| Some(format!("`{}`: {e}", path.display())))?;
     let damaged = || Some(format!("`{}` is damaged", path.display()));

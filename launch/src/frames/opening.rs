@@ -20,7 +20,9 @@ pub(super) fn encode(frame: &VisualFrame) -> Vec<u8> {
             VisualState::Pose { position, orientation } => {
                 out.u64(POSE);
                 out.vec3(*position);
-                orientation.iter().for_each(|n| out.f64(*n));
+                for n in orientation {
+                    out.f64(*n);
+                }
             }
             VisualState::Particles { position, gradient } => {
                 out.u64(PARTICLES);
@@ -52,8 +54,8 @@ pub(super) fn decode(bytes: &[u8]) -> Result<VisualFrame, StateError> {
                 let (positions, _) = many(&mut input, 24)?.as_chunks::<24>();
                 let (gradients, _) = many(&mut input, 36)?.as_chunks::<36>();
                 VisualState::Particles {
-                    position: positions.iter().map(|bytes| f64s(bytes)).collect(),
-                    gradient: gradients.iter().map(|bytes| f32s(bytes)).collect(),
+                    position: positions.iter().map(f64s).collect(),
+                    gradient: gradients.iter().map(f32s).collect(),
                 }
             }
             found => return Err(StateError::Count { what: "form of a body", found, expected: PARTICLES }),

@@ -159,9 +159,8 @@ fn probe_head(names: &[String]) -> Vec<(&str, &str)> {
 }
 
 fn probe_rows(compared: &Comparison) -> Vec<Vec<Markup>> {
-    let cell = |apart: Option<Difference>| match apart {
-        Some(d) => html! { (quantity(d.rms)) " rms, " (quantity(d.max)) " at most" },
-        None => html! { "–" },
+    let cell = |apart: Option<Difference>| {
+        html! { @if let Some(d) = apart { (quantity(d.rms)) " rms, " (quantity(d.max)) " at most" } @else { "–" } }
     };
     let row = |apart: &Apart| {
         let first = [html! { code { (apart.column) } }, html! { (quantity(apart.range)) }];
