@@ -254,7 +254,7 @@ fn several_bodies_make_one_file() {
 /// The plant that the project ships, as the default scene uses it.
 #[test]
 fn the_shipped_plant_is_one_body() {
-    let path = std::path::PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").unwrap())
+    let path = std::path::PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").expect("cargo runs the tests"))
         .join("../../launch/scenes/assets/plant.v4.spz");
     let body = Staged::from_file(&path, &Recipe::new(0.4665, [0.0, 1.0, 0.0], 0.004)).unwrap();
     let report = &body.report;

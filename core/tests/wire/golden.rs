@@ -19,7 +19,9 @@ use cosplat_core::wire::{self, HEADER_BYTES, Header, Message};
 use crate::sample::{self, Value, contents, frame, origin};
 
 fn path(name: &str) -> PathBuf {
-    PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").unwrap()).join("tests/fixtures").join(format!("{name}.bin"))
+    PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").expect("cargo runs the tests"))
+        .join("tests/fixtures")
+        .join(format!("{name}.bin"))
 }
 
 fn envelope<M>(body: M) -> Envelope<M> {

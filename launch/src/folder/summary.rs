@@ -210,7 +210,8 @@ mod tests {
 
     #[test]
     fn the_committed_schema_is_current() {
-        let path = std::path::PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").unwrap()).join("summary.schema.json");
+        let path = std::path::PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").expect("cargo runs the tests"))
+            .join("summary.schema.json");
         let current = serde_json::to_string_pretty(&schemars::schema_for!(Summary)).unwrap() + "\n";
         if std::env::var_os(UPDATE).is_some() {
             std::fs::write(&path, &current).unwrap();
