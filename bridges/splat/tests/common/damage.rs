@@ -3,6 +3,7 @@
 //! `COSPLAT_FUZZ_SEED=N` tries the damage of that number alone, `COSPLAT_FUZZ_SECONDS=N` goes on for that long.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
@@ -27,9 +28,9 @@ impl Random {
     }
 }
 
-/// Damages good files `count` times and gives each to `read`, which says whether there was no error. Files are given in
-/// turn, as ending and bytes.
-pub(crate) fn fuzz(files: &[(&'static str, Vec<u8>)], count: u64, read: impl Fn(&str, &[u8]) -> bool) {
+/// Damages good files by each of these numbers and gives them to `read`, which says whether there was no error. Files are
+/// given in turn, as ending and bytes.
+pub(crate) fn fuzz(files: &[(&'static str, Vec<u8>)], numbers: Range<u64>, read: impl Fn(&str, &[u8]) -> bool) {
     let number = |name: &str| std::env::var(name).ok().and_then(|value| value.parse::<u64>().ok());
     if let Some(seed) = number("COSPLAT_FUZZ_SEED") {
         let (ending, bytes) = damaged(files, seed);
@@ -42,8 +43,8 @@ pub(crate) fn fuzz(files: &[(&'static str, Vec<u8>)], count: u64, read: impl Fn(
     }
     let (start, seconds) = (Instant::now(), number("COSPLAT_FUZZ_SECONDS").unwrap_or(0));
     let mut done: BTreeMap<&str, [u64; 2]> = BTreeMap::new();
-    let mut seed = 0;
-    while seed < count || start.elapsed() < Duration::from_secs(seconds) {
+    let mut seed = numbers.start;
+    while seed < numbers.end || start.elapsed() < Duration::from_secs(seconds) {
         let (ending, bytes) = damaged(files, seed);
         let again = || format!("`.{ending}` of {} bytes; COSPLAT_FUZZ_SEED={seed} does it again", bytes.len());
         let timed = || {
@@ -57,7 +58,11 @@ pub(crate) fn fuzz(files: &[(&'static str, Vec<u8>)], count: u64, read: impl Fn(
         (*tried, *read) = (*tried + 1, *read + u64::from(fine));
         seed += 1;
     }
-    println!("{seed} damaged files in {:.1} s (tried, still read): {done:?}", start.elapsed().as_secs_f64());
+    println!(
+        "{} damaged files in {:.1} s (tried, still read): {done:?}",
+        seed - numbers.start,
+        start.elapsed().as_secs_f64()
+    );
 }
 
 /// The damage of that number.
