@@ -1,8 +1,9 @@
 //! What partners said, checked before it is used: right form, right length, all numbers finite.
 
 use super::exchange::{ImpulseInput, Inputs, PartnerInput};
-use super::{InterfaceView, PartnerSetup, PluginError};
+use super::{InterfaceView, PartnerSetup, PluginError, Refusals};
 use crate::boundary::{BoundaryState, Impulses, Samples, Vec3, Wrench};
+use crate::plan::InterfaceId;
 
 impl Inputs {
     /// Samples of the partner at an interface at the start of the step, of which there must be `count`.
@@ -93,6 +94,36 @@ impl ImpulseInput {
         };
         let finite = wrench.linear.iter().chain(&wrench.angular).all(|c| c.is_finite());
         if finite { Ok(wrench) } else { Err(not_finite(partner)) }
+    }
+}
+
+impl Inputs {
+    /// What partners give to the rigid bodies of a step: by view, the wrench and whether it is spread over the step.
+    /// A view is an interface, the name of the own body, and that of the partner.
+    ///
+    /// # Errors
+    /// Boundaries of partners, impulses of other interfaces, on samples or twice from one partner, and such that are not
+    /// finite.
+    pub fn wrenches(
+        &self,
+        plugin: &str,
+        views: &[(InterfaceId, &str, &str)],
+    ) -> Result<Vec<Option<(Wrench, bool)>>, PluginError> {
+        let refused = |what: &str| Refusals::one(plugin, what);
+        if let Some(partner) = self.partners.first() {
+            return Err(refused(&format!("the boundary of a partner (interface {})", partner.interface)));
+        }
+        let mut given = vec![None; views.len()];
+        for input in &self.impulses {
+            let Some(at) = views.iter().position(|view| view.0 == input.interface) else {
+                return Err(refused(&format!("an input that interface {} does not have", input.interface)));
+            };
+            let (_, own, partner) = views[at];
+            if given[at].replace((input.on_rigid(own, partner)?, input.spread)).is_some() {
+                return Err(refused(&format!("two impulses from one partner (`{partner}`)")));
+            }
+        }
+        Ok(given)
     }
 }
 

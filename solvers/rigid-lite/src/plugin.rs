@@ -1,9 +1,9 @@
 //! The plugin contract around the model.
 
-use cosplat_core::boundary::{SampleStatics, Vec3};
+use cosplat_core::boundary::{SampleStatics, Vec3, Wrench};
 use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{
-    BoundaryOutput, Budget, Descriptor, Inputs, InterfaceRole, Outputs, Plugin, PluginError, Pulse, Refusals, Setup,
+    BoundaryOutput, Budget, Descriptor, Inputs, InterfaceRole, Outputs, Plugin, PluginError, Pulse, Setup,
     SetupBoundary, Signal, SolverScene, StateReader, StateSink, Step,
 };
 use cosplat_core::rotation::{ANGLE, angular_velocity};
@@ -146,23 +146,14 @@ const BEAT_EVERY: u64 = 256;
 
 /// Impulses by view, checked.
 fn given(model: &Model, inputs: &Inputs) -> Result<Vec<Option<Given>>, PluginError> {
-    let refused = |what: &str| Refusals::one("rigid-lite", what);
-    if let Some(partner) = inputs.partners.first() {
-        return Err(refused(&format!("the boundary of a partner (interface {})", partner.interface)));
-    }
-    let mut given: Vec<Option<Given>> = vec![None; model.views.len()];
-    for input in &inputs.impulses {
-        let Some(at) = model.views.iter().position(|v| v.id == input.interface) else {
-            return Err(refused(&format!("an input that interface {} does not have", input.interface)));
-        };
-        let view = &model.views[at];
-        let wrench = input.on_rigid(&model.bodies[view.own].name, &view.partner)?;
-        let one = Given { linear: wrench.linear.into(), angular: wrench.angular.into(), spread: input.spread };
-        if given[at].replace(one).is_some() {
-            return Err(refused(&format!("two impulses from one partner (`{}`)", view.partner)));
-        }
-    }
-    Ok(given)
+    let own = |body: usize| model.bodies[body].name.as_str();
+    let views: Vec<_> = model.views.iter().map(|v| (v.id, own(v.own), v.partner.as_str())).collect();
+    let one = |(wrench, spread): (Wrench, bool)| Given {
+        linear: wrench.linear.into(),
+        angular: wrench.angular.into(),
+        spread,
+    };
+    Ok(inputs.wrenches("rigid-lite", &views)?.into_iter().map(|given| given.map(one)).collect())
 }
 
 /// The term that binds a substep.

@@ -1,6 +1,5 @@
 //! `cosplat splat convert`: the same Gaussians in another format, and what that loses.
 
-use std::fs;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -9,10 +8,11 @@ use cosplat_splat::format::{self, encode, ending_of};
 use cosplat_splat::{Axes, SH_C0, Splats};
 use serde::Serialize;
 
+use super::output::{self, Output};
 use super::statistics::Spread;
 use super::{put, read, refused};
 use crate::cli::Format;
-use crate::exit::{Code, Error, Problem};
+use crate::exit::{Code, Error};
 use crate::hint::{count, list};
 use crate::render::{Paint, json, print, printable};
 
@@ -82,17 +82,7 @@ pub(super) fn convert(args: &ConvertArgs) -> Result<Code, Error> {
 /// Reads, writes, and reads what was written.
 fn written(args: &ConvertArgs) -> Result<Converted, Error> {
     let out = &args.output;
-    let taken = |why: &str, hint: &str| {
-        let problem = Problem::new(format!("`{}` is not written", out.display())).at(out).because(why);
-        Err(Error::new(Code::Usage, problem.hint(hint)))
-    };
-    let place = |path: &PathBuf| fs::canonicalize(path).ok();
-    if place(out).is_some() && place(out) == place(&args.input) {
-        return taken("it is the file that would be read", "give another name for the result");
-    }
-    if out.exists() && !args.force {
-        return taken("it exists", "replace it with `--force`, or give another name");
-    }
+    output::free(&Output { from: &args.input, to: out, force: args.force })?;
     // Before the work: an ending that cannot be written is known at once.
     encode(&Splats::default(), ending_of(out)).map_err(|e| refused(out, e))?;
     let capture = read(&args.input)?;
@@ -206,6 +196,8 @@ impl Converted {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn some() -> Splats {
