@@ -101,7 +101,8 @@ fn refuse(wanted: &str, path: &Path, error: &io::Error) -> Error {
 /// A built-in scene or a scene file beside the wanted one that has almost its name.
 fn nearest(wanted: &str, path: &Path) -> Option<String> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let is_scene = |p: &PathBuf| p.extension().is_some_and(|e| e == "toml");
+    // Every package of Rust has a file of this name, and it is no scene.
+    let is_scene = |p: &PathBuf| p.extension().is_some_and(|e| e == "toml") && !p.ends_with("Cargo.toml");
     let beside = fs::read_dir(folder).into_iter().flatten().flatten().map(|e| e.path()).filter(is_scene);
     let mut names: Vec<String> = beside
         .map(|p| p.strip_prefix(".").unwrap_or(&p).display().to_string())

@@ -9,6 +9,8 @@ mod exchange;
 #[cfg(test)]
 mod fixtures;
 mod heard;
+mod influence;
+mod moving;
 mod points;
 mod refusals;
 mod scene;
@@ -19,9 +21,11 @@ pub use descriptor::{BodyKind, Descriptor, InterfaceRole, Saves};
 pub use exchange::{
     BodyState, BoundaryOutput, Energy, ImpulseInput, Inputs, InterfaceReport, Outputs, PartnerInput, Report, count,
 };
+pub use influence::{Influence, InfluenceKind, OffCentre, hooks, switches};
+pub use moving::Moving;
 pub use points::Points;
 pub use refusals::Refusals;
-pub use scene::{InterfaceView, PartnerSetup, Setup, SetupBoundary, SolverScene, Step, ViewRole};
+pub use scene::{InterfaceView, OwnView, PartnerSetup, Setup, SetupBoundary, SolverScene, Step, ViewRole};
 pub use state::{StateError, StateHasher, StateReader, StateSink};
 
 use crate::visual::{VisualFrame, VisualState};

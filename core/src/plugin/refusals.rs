@@ -3,8 +3,9 @@
 use std::fmt::Display;
 
 use super::descriptor::{Descriptor, InterfaceRole};
-use super::scene::{InterfaceView, SolverScene, ViewRole};
+use super::scene::{InterfaceView, OwnView, SolverScene, ViewRole};
 use super::{BodyKind, PluginError, Points};
+use crate::boundary::Vec3;
 use crate::plan::{BoundaryForm, is_body_probe, source_kind};
 use crate::scene::{Body, Space};
 
@@ -56,6 +57,26 @@ impl Refusals {
         let points = Points::new(body);
         self.each(points.is_none().then(|| format!("bodies without points or positive mass (body `{}`)", body.name)));
         points
+    }
+
+    /// The interfaces of a scene with the places of their own bodies, or refusals of those whose body is missing.
+    pub fn views(&mut self, scene: &SolverScene) -> Vec<OwnView> {
+        let mut views = Vec::new();
+        for view in &scene.interfaces {
+            match scene.bodies.iter().position(|b| b.name == view.own) {
+                Some(own) => views.push(OwnView { id: view.id, own, partner: view.partner.clone() }),
+                None => self.push(format!("interfaces of bodies it does not have (body `{}`)", view.own)),
+            }
+        }
+        views
+    }
+
+    /// Velocity of the centre of mass \[m/s\] and angular velocity \[rad/s\] of a body that moves as one, or a refusal of a
+    /// velocity that deforms it.
+    pub fn twist(&mut self, body: &Body, centre: Vec3) -> [Vec3; 2] {
+        let twist = body.velocity.twist(centre);
+        self.each(twist.is_none().then(|| format!("velocity fields that deform (body `{}`)", body.name)));
+        twist.unwrap_or_default()
     }
 
     /// Adds one thing, with its name in it.

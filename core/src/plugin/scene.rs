@@ -77,6 +77,17 @@ impl SolverScene {
     }
 }
 
+/// An interface of a body that receives impulses, by the place of the body.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OwnView {
+    /// Interface.
+    pub id: InterfaceId,
+    /// Place of the own body in the solver's scene.
+    pub own: usize,
+    /// Body on the other side.
+    pub partner: String,
+}
+
 /// An interface as seen from one side.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InterfaceView {

@@ -1,12 +1,14 @@
 //! One step: the exact flow between two switches of an influence, and the books.
 
 use cosplat_core::boundary::{Impulses, Wrench};
-use cosplat_core::plugin::{BodyState, BoundaryOutput, Budget, Energy, Outputs, PluginError, Report, Step};
+use cosplat_core::plugin::{
+    BodyState, BoundaryOutput, Budget, Energy, InfluenceKind, Outputs, PluginError, Report, Step,
+};
 
 use crate::V3;
 use crate::budget::Pull;
 use crate::heard::Heard;
-use crate::model::{InfluenceKind, Model};
+use crate::model::Model;
 use crate::modes::{Cubic, Motion};
 use crate::plugin::State;
 
@@ -48,8 +50,8 @@ impl<'a> Stage<'a> {
     /// Takes sudden outside impulses of the moments `start..end` \[s\].
     pub(crate) fn kick_from_outside(&mut self, start: f64, end: f64) {
         for influence in &self.model.influences {
-            let InfluenceKind::Kick(impulse) = influence.kind else { continue };
-            if influence.from >= start && influence.from < end {
+            let InfluenceKind::Kick(impulse, _) = influence.kind else { continue };
+            if influence.begins_in(start, end) {
                 for &body in &influence.bodies {
                     let budget = self.kick(body, impulse);
                     self.external.add(budget);
@@ -74,8 +76,8 @@ impl<'a> Stage<'a> {
         };
         let outside: Vec<Pull> = (0..model.bodies.len())
             .map(|i| {
-                let acting = model.influences.iter().filter(|f| f.bodies.contains(&i));
-                Pull::constant(acting.map(|f| f.force(model.bodies[i].mass, middle)).sum())
+                let acting = model.influences.iter().filter(|f| f.acts_at(middle) && f.bodies.contains(&i));
+                Pull::constant(acting.map(|f| f.force(model.bodies[i].mass)).sum())
             })
             .collect();
         let springs: Vec<Pull> = model

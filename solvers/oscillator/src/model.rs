@@ -1,7 +1,7 @@
 //! What a scene is to this solver: masses, springs, couplings and outside influences. Nothing here changes in a run.
 
 use cosplat_core::plan::InterfaceId;
-use cosplat_core::plugin::ViewRole;
+use cosplat_core::plugin::{Influence, ViewRole};
 use cosplat_core::time::Clock;
 use nalgebra::DMatrix;
 
@@ -66,44 +66,6 @@ impl Coupling {
     }
 }
 
-/// An outside influence on some bodies in a range of time.
-#[derive(Clone, Debug)]
-pub(crate) struct Influence {
-    pub(crate) kind: InfluenceKind,
-    pub(crate) bodies: Vec<usize>,
-    /// \[s\].
-    pub(crate) from: f64,
-    /// \[s\].
-    pub(crate) until: f64,
-}
-
-/// What an influence does.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum InfluenceKind {
-    /// \[m/s²\], with the potential energy `-m g·x`.
-    Gravity(V3),
-    /// \[m/s²\].
-    Acceleration(V3),
-    /// \[N\].
-    Force(V3),
-    /// \[N s\], at `from`.
-    Kick(V3),
-}
-
-impl Influence {
-    /// Constant force on a body of that mass at time `t` \[N\].
-    pub(crate) fn force(&self, mass: f64, t: f64) -> V3 {
-        if t < self.from || t >= self.until {
-            return V3::zeros();
-        }
-        match self.kind {
-            InfluenceKind::Gravity(g) | InfluenceKind::Acceleration(g) => g * mass,
-            InfluenceKind::Force(f) => f,
-            InfluenceKind::Kick(_) => V3::zeros(),
-        }
-    }
-}
-
 impl Model {
     /// Stiffness matrix \[N/m\] of everything that pulls when a body moves and its partners do not.
     pub(crate) fn stiffness(bodies: usize, springs: &[Spring], couplings: &[Coupling]) -> DMatrix<f64> {
@@ -122,22 +84,6 @@ impl Model {
         k
     }
 
-    /// Moments strictly inside `(start, end)` \[s\] at which an influence begins or ends, in order, each once.
-    pub(crate) fn switches(&self, start: f64, end: f64) -> Vec<f64> {
-        let mut cuts: Vec<f64> = self
-            .influences
-            .iter()
-            .flat_map(|i| match i.kind {
-                InfluenceKind::Kick(_) => [i.from, i.from],
-                _ => [i.from, i.until],
-            })
-            .filter(|&t| t > start && t < end)
-            .collect();
-        cuts.sort_by(f64::total_cmp);
-        cuts.dedup();
-        cuts
-    }
-
     /// Energy stored in springs and gravity at time `t` \[J\].
     pub(crate) fn potential(&self, position: &[V3], t: f64) -> f64 {
         let springs: f64 = self
@@ -148,10 +94,9 @@ impl Model {
                 0.5 * s.stiffness * stretch.norm_squared()
             })
             .sum();
-        let weight = |i: &Influence| -> f64 {
-            i.bodies.iter().map(|&b| -i.force(self.bodies[b].mass, t).dot(&position[b])).sum()
-        };
-        let gravity = self.influences.iter().filter(|i| matches!(i.kind, InfluenceKind::Gravity(_)));
+        let weight =
+            |i: &Influence| -> f64 { i.bodies.iter().map(|&b| -i.force(self.bodies[b].mass).dot(&position[b])).sum() };
+        let gravity = self.influences.iter().filter(|i| i.acts_at(t) && i.is_gravity());
         springs + gravity.map(weight).sum::<f64>()
     }
 }

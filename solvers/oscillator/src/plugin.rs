@@ -3,7 +3,7 @@
 use cosplat_core::boundary::{BoundaryState, SampleStatics, Vec3};
 use cosplat_core::plugin::{
     Descriptor, Inputs, InterfaceRole, Outputs, PartnerSetup, Plugin, PluginError, Pulse, Refusals, Setup,
-    SetupBoundary, Signal, SolverScene, StateReader, StateSink, Step,
+    SetupBoundary, Signal, SolverScene, StateReader, StateSink, Step, switches,
 };
 
 use crate::V3;
@@ -88,7 +88,7 @@ impl Plugin for Oscillator {
         let Some(model) = &self.model else { return Err(not_set_up()) };
         let heard = Heard::new(model, inputs)?;
         let end = model.clock.seconds(step.span.to);
-        let mut cuts = model.switches(step.start_s, end);
+        let mut cuts = switches(&model.influences, step.start_s, end);
         cuts.push(end);
         let mut stage = Stage::new(model, &self.state, heard);
         stage.kick_from_partners();

@@ -1,11 +1,11 @@
 //! From a solver's part of a scene to a [`Model`], with every feature that is missing refused by name.
 
 use cosplat_core::plan::BoundaryForm;
-use cosplat_core::plugin::{Descriptor, InterfaceView, PluginError, Refusals, SolverScene};
-use cosplat_core::scene::{Action, ActionKind, Body, Field, Link, Source};
+use cosplat_core::plugin::{Descriptor, InterfaceView, OffCentre, PluginError, Refusals, SolverScene};
+use cosplat_core::scene::{Body, Link, Source};
 
 use crate::V3;
-use crate::model::{Coupling, Influence, InfluenceKind, Model, PointMass, Spring};
+use crate::model::{Coupling, Model, PointMass, Spring};
 use crate::modes::Modes;
 
 /// Reads a scene.
@@ -15,7 +15,7 @@ pub(crate) fn read(plugin: &Descriptor, scene: &SolverScene) -> Result<Model, Pl
     let bodies: Vec<PointMass> = scene.bodies.iter().map(|b| reader.body(b)).collect();
     let springs: Vec<Spring> = scene.links.iter().filter_map(|l| reader.spring(l)).collect();
     let couplings: Vec<Coupling> = scene.interfaces.iter().filter_map(|v| reader.coupling(v)).collect();
-    let influences: Vec<Influence> = scene.actions.iter().filter_map(|a| reader.influence(a)).collect();
+    let influences = reader.refused.influences(scene, OffCentre::default());
     reader.refused.finish()?;
     let mass: Vec<f64> = bodies.iter().map(|b| b.mass).collect();
     let modes = Modes::new(&mass, &Model::stiffness(bodies.len(), &springs, &couplings))
@@ -113,31 +113,5 @@ impl Reader<'_> {
             self.refused.push(format!("link interfaces without a link ({label})"));
         }
         Some(coupling)
-    }
-
-    fn influence(&mut self, action: &Action) -> Option<Influence> {
-        let kind = match action.kind {
-            ActionKind::Gravity { acceleration_m_s2 } => InfluenceKind::Gravity(acceleration_m_s2.into()),
-            ActionKind::AccelerationField { field: Field::Constant { acceleration_m_s2 } } => {
-                InfluenceKind::Acceleration(acceleration_m_s2.into())
-            }
-            ActionKind::PointForce { force_n, at_m: None } => InfluenceKind::Force(force_n.into()),
-            ActionKind::Impulse { impulse_n_s, at_m: None } => InfluenceKind::Kick(impulse_n_s.into()),
-            // Refused already.
-            ActionKind::Wind { .. } => return None,
-            ActionKind::AccelerationField { .. } => return self.no_action("acceleration fields that vary in space"),
-            ActionKind::PointForce { .. } => return self.no_action("point forces beside the point (`at_m`)"),
-            ActionKind::Impulse { .. } => return self.no_action("impulses beside the point (`at_m`)"),
-        };
-        let all = action.bodies.is_empty();
-        let bodies = (0..self.scene.bodies.len())
-            .filter(|&i| all || action.bodies.contains(&self.scene.bodies[i].name))
-            .collect();
-        Some(Influence { kind, bodies, from: action.from_s, until: action.until_s.unwrap_or(f64::INFINITY) })
-    }
-
-    fn no_action(&mut self, what: &str) -> Option<Influence> {
-        self.refused.push(what);
-        None
     }
 }

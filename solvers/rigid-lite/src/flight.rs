@@ -1,11 +1,11 @@
 //! Flight of one body under constant forces: exact parabola, and rotation in substeps with kicks of torque between.
 
 use cosplat_core::boundary::Wrench;
-use cosplat_core::plugin::{Budget, Signal};
+use cosplat_core::plugin::{Budget, Moving, Signal};
 use cosplat_core::rotation::{ANGLE, angular_velocity, free};
 
 use crate::V3;
-use crate::model::{Body, Flying};
+use crate::model::Body;
 
 /// A constant force and how it turns the body.
 #[derive(Clone, Copy, Debug)]
@@ -41,26 +41,26 @@ pub(crate) fn budget(linear: V3, angular: V3, work_j: f64) -> Budget {
 /// Sudden impulse through a point of the world with an angular impulse about it.
 ///
 /// Work is impulse times the mean of the velocities before and after, exact for a quadratic energy.
-pub(crate) fn kick(body: &Body, flying: &mut Flying, impulse: V3, point: V3, angular: V3) -> Budget {
-    let turning = angular + (point - flying.position).cross(&impulse);
-    let before = (flying.velocity, angular_velocity(&flying.turn, flying.spin, body.inverse));
-    flying.velocity += impulse / body.mass;
-    flying.spin += turning;
-    let after = (flying.velocity, angular_velocity(&flying.turn, flying.spin, body.inverse));
+pub(crate) fn kick(body: &Body, moving: &mut Moving, impulse: V3, point: V3, angular: V3) -> Budget {
+    let turning = angular + (point - moving.position).cross(&impulse);
+    let before = (moving.velocity, angular_velocity(&moving.turn, moving.spin, body.inverse));
+    moving.velocity += impulse / body.mass;
+    moving.spin += turning;
+    let after = (moving.velocity, angular_velocity(&moving.turn, moving.spin, body.inverse));
     let work = 0.5 * (impulse.dot(&(before.0 + after.0)) + turning.dot(&(before.1 + after.1)));
     budget(impulse, point.cross(&impulse) + angular, work)
 }
 
 /// Bound on the rate of rotation over `length` \[s\]: what it is, and what the torques could add \[rad/s\].
-pub(crate) fn fastest(body: &Body, flying: &Flying, pushes: &[Push], length: f64) -> f64 {
+pub(crate) fn fastest(body: &Body, moving: &Moving, pushes: &[Push], length: f64) -> f64 {
     let total: V3 = pushes.iter().map(|p| p.force).sum();
-    let way = flying.velocity.norm() * length + 0.5 * total.norm() / body.mass * length * length;
+    let way = moving.velocity.norm() * length + 0.5 * total.norm() / body.mass * length * length;
     let torque = pushes.iter().map(|p| match p.lever {
         Lever::Centre => 0.0,
         Lever::Hook(arm) => arm.norm() * p.force.norm(),
-        Lever::Fixed { point, torque } => torque.norm() + ((point - flying.position).norm() + way) * p.force.norm(),
+        Lever::Fixed { point, torque } => torque.norm() + ((point - moving.position).norm() + way) * p.force.norm(),
     });
-    let omega = angular_velocity(&flying.turn, flying.spin, body.inverse).norm();
+    let omega = angular_velocity(&moving.turn, moving.spin, body.inverse).norm();
     omega + torque.sum::<f64>() * length * body.inverse.max()
 }
 
@@ -75,13 +75,13 @@ pub(crate) fn substeps(rate: f64, length: f64) -> f64 {
 /// half the torque impulse of a substep, free rotation, the other half.
 pub(crate) fn fly(
     body: &Body,
-    flying: &mut Flying,
+    moving: &mut Moving,
     pushes: &[Push],
     length: f64,
     substeps: u64,
     beat: &mut dyn FnMut() -> Signal,
 ) -> Option<Vec<Budget>> {
-    let (x0, v0) = (flying.position, flying.velocity);
+    let (x0, v0) = (moving.position, moving.velocity);
     let a = pushes.iter().map(|p| p.force).sum::<V3>() / body.mass;
     let at = |t: f64| x0 + v0 * t + a * (0.5 * t * t);
     // ∫ x dt over a stretch of length s that starts at t.
@@ -93,25 +93,25 @@ pub(crate) fn fly(
     let h = length / substeps as f64;
     for i in 0..substeps {
         let travelled = path(i as f64 * h, h);
-        twist(body, flying, pushes, &mut budgets, h, travelled);
-        flying.turn = free(&flying.turn, flying.spin, body.inverse, h);
-        twist(body, flying, pushes, &mut budgets, h, travelled);
+        twist(body, moving, pushes, &mut budgets, h, travelled);
+        moving.turn = free(&moving.turn, moving.spin, body.inverse, h);
+        twist(body, moving, pushes, &mut budgets, h, travelled);
         if beat() == Signal::Abort {
             return None;
         }
     }
-    flying.position = at(length);
-    flying.velocity = v0 + a * length;
+    moving.position = at(length);
+    moving.velocity = v0 + a * length;
     Some(budgets)
 }
 
 /// Half the torque impulse of a substep of `h` \[s\] during which `∫ x dt = travelled`.
-fn twist(body: &Body, flying: &mut Flying, pushes: &[Push], budgets: &mut [Budget], h: f64, travelled: V3) {
+fn twist(body: &Body, moving: &mut Moving, pushes: &[Push], budgets: &mut [Budget], h: f64, travelled: V3) {
     let turning: Vec<V3> = pushes
         .iter()
         .map(|p| match p.lever {
             Lever::Centre => V3::zeros(),
-            Lever::Hook(arm) => (flying.turn * arm).cross(&p.force) * (0.5 * h),
+            Lever::Hook(arm) => (moving.turn * arm).cross(&p.force) * (0.5 * h),
             Lever::Fixed { point, torque } => (torque * h + (point * h - travelled).cross(&p.force)) * 0.5,
         })
         .collect();
@@ -119,9 +119,9 @@ fn twist(body: &Body, flying: &mut Flying, pushes: &[Push], budgets: &mut [Budge
     if sum == V3::zeros() {
         return;
     }
-    let before = angular_velocity(&flying.turn, flying.spin, body.inverse);
-    flying.spin += sum;
-    let mean = (before + angular_velocity(&flying.turn, flying.spin, body.inverse)) * 0.5;
+    let before = angular_velocity(&moving.turn, moving.spin, body.inverse);
+    moving.spin += sum;
+    let mean = (before + angular_velocity(&moving.turn, moving.spin, body.inverse)) * 0.5;
     for (sum, turning) in budgets.iter_mut().zip(turning) {
         sum.add(budget(V3::zeros(), turning, turning.dot(&mean)));
     }

@@ -3,16 +3,15 @@
 use cosplat_core::boundary::{SampleStatics, Vec3, Wrench};
 use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{
-    BoundaryOutput, Budget, Descriptor, Inputs, InterfaceRole, Outputs, Plugin, PluginError, Pulse, Setup,
-    SetupBoundary, Signal, SolverScene, StateReader, StateSink, Step,
+    BoundaryOutput, Budget, Descriptor, Inputs, InterfaceRole, Moving, Outputs, Plugin, PluginError, Pulse, Setup,
+    SetupBoundary, Signal, SolverScene, StateReader, StateSink, Step, switches,
 };
 use cosplat_core::rotation::{ANGLE, angular_velocity};
 use cosplat_core::visual::{VisualForm, VisualState};
-use nalgebra::{Quaternion, UnitQuaternion};
 
 use crate::V3;
 use crate::flight::substeps;
-use crate::model::{Flying, Model, State};
+use crate::model::{Model, State};
 use crate::read::read;
 use crate::report::{pose, proxy, report};
 use crate::step::{Given, Stage};
@@ -70,7 +69,7 @@ impl Plugin for RigidLite {
         };
         let given = given(model, inputs)?;
         let end = model.clock.seconds(step.span.to);
-        let mut cuts = model.switches(step.start_s, end);
+        let mut cuts = switches(&model.influences, step.start_s, end);
         cuts.push(end);
         let mut stage = Stage::new(model, &self.state, given, step);
         let mut done = 0;
@@ -104,36 +103,19 @@ impl Plugin for RigidLite {
 
     fn visual(&self, body: &str) -> Option<VisualState> {
         let model = self.model.as_ref()?;
-        let (body, flying) = model.bodies.iter().zip(&self.state.bodies).find(|(b, _)| b.name == body)?;
-        Some(pose(body, flying))
+        let (body, moving) = model.bodies.iter().zip(&self.state.bodies).find(|(b, _)| b.name == body)?;
+        Some(pose(body, moving))
     }
 
     fn save(&self, sink: &mut dyn StateSink) {
-        sink.u64(self.state.bodies.len() as u64);
-        for flying in &self.state.bodies {
-            sink.vec3(flying.position.into());
-            flying.turn.coords.iter().for_each(|&c| sink.f64(c));
-            sink.vec3(flying.velocity.into());
-            sink.vec3(flying.spin.into());
-        }
+        Moving::save(&self.state.bodies, sink);
         let hooks: Vec<Vec3> = self.state.hooks.iter().map(|&h| h.into()).collect();
         sink.vec3s(&hooks);
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), PluginError> {
         let mut reader = StateReader::new(state);
-        let (found, expected) = (reader.u64()?, self.state.bodies.len() as u64);
-        if found != expected {
-            return Err(cosplat_core::plugin::StateError::Count { what: "rigid bodies", found, expected }.into());
-        }
-        let mut bodies = Vec::with_capacity(self.state.bodies.len());
-        for _ in 0..expected {
-            let position = reader.vec3()?.into();
-            let [x, y, z, w] = [reader.f64()?, reader.f64()?, reader.f64()?, reader.f64()?];
-            // As it was saved: normalising again could change the last bit.
-            let turn = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
-            bodies.push(Flying { position, turn, velocity: reader.vec3()?.into(), spin: reader.vec3()?.into() });
-        }
+        let bodies = Moving::restore(self.state.bodies.len(), &mut reader)?;
         let hooks = reader.vec3s("lever arms", self.state.hooks.len())?.into_iter().map(V3::from).collect();
         reader.end()?;
         self.state = State { bodies, hooks };

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use cosplat_core::boundary::{BoundaryState, ProxyRecord};
-use cosplat_core::plugin::{BodyState, Budget, Energy, Report};
+use cosplat_core::plugin::{BodyState, Budget, Energy, Moving, Report};
 use cosplat_core::rotation::angular_velocity;
 use cosplat_core::visual::VisualState;
 use nalgebra::Matrix3;
 
-use crate::model::{Body, Flying, InfluenceKind, Model, State};
+use crate::model::{Body, Model, State};
 use crate::{V3, plain};
 
 /// State and budgets at time `t` \[s\].
@@ -18,7 +18,7 @@ pub(crate) fn report(model: &Model, state: &State, t: f64, external: &Budget, re
         let omega = angular_velocity(&f.turn, f.spin, b.inverse);
         0.5 * (b.mass * f.velocity.norm_squared() + f.spin.dot(&omega))
     });
-    let weights = model.influences.iter().filter(|i| i.acts_at(t) && matches!(i.kind, InfluenceKind::Gravity(_)));
+    let weights = model.influences.iter().filter(|i| i.acts_at(t) && i.is_gravity());
     let potential =
         weights.flat_map(|i| i.bodies.iter().map(|&b| -i.force(model.bodies[b].mass).dot(&state.bodies[b].position)));
     Report {
@@ -32,26 +32,26 @@ pub(crate) fn report(model: &Model, state: &State, t: f64, external: &Budget, re
     }
 }
 
-fn body_state(body: &Body, flying: &Flying) -> BodyState {
-    let momentum = flying.momentum(body.mass);
+fn body_state(body: &Body, moving: &Moving) -> BodyState {
+    let momentum = moving.momentum(body.mass);
     let moved =
-        |mark: &V3| (flying.position + flying.turn * mark - body.start.position - body.start.turn * mark).norm();
+        |mark: &V3| (moving.position + moving.turn * mark - body.start.position - body.start.turn * mark).norm();
     BodyState {
         mass_kg: body.mass,
-        position_m: flying.position.into(),
-        orientation: plain(&(flying.turn * body.axes.inverse())),
-        linear_velocity_m_s: flying.velocity.into(),
-        angular_velocity_rad_s: angular_velocity(&flying.turn, flying.spin, body.inverse).into(),
+        position_m: moving.position.into(),
+        orientation: plain(&(moving.turn * body.axes.inverse())),
+        linear_velocity_m_s: moving.velocity.into(),
+        angular_velocity_rad_s: angular_velocity(&moving.turn, moving.spin, body.inverse).into(),
         momentum,
-        gross_momentum: body.mass * flying.velocity.norm(),
+        gross_momentum: body.mass * moving.velocity.norm(),
         max_displacement_m: body.marks.iter().map(moved).fold(0.0, f64::max),
     }
 }
 
 /// Pose of the frame in which the scene gives a body's shape.
-pub(crate) fn pose(body: &Body, flying: &Flying) -> VisualState {
-    let frame = flying.turn * body.axes.inverse();
-    VisualState::Pose { position: (flying.position - frame * body.centre).into(), orientation: plain(&frame) }
+pub(crate) fn pose(body: &Body, moving: &Moving) -> VisualState {
+    let frame = moving.turn * body.axes.inverse();
+    VisualState::Pose { position: (moving.position - frame * body.centre).into(), orientation: plain(&frame) }
 }
 
 /// Record from which a resolver makes its stand-in at time `t` \[s\].
@@ -59,13 +59,13 @@ pub(crate) fn pose(body: &Body, flying: &Flying) -> VisualState {
 /// The background is what outside influences do now: nothing touches a body here but its partners. The gyroscopic term
 /// is not in it; it belongs to the stand-in's own equation of motion. `inertia` holds components of the tensor, so
 /// `xy = -Σ m x y`.
-pub(crate) fn proxy(model: &Model, index: usize, flying: &Flying, hooks: &[V3], t: f64) -> BoundaryState {
+pub(crate) fn proxy(model: &Model, index: usize, moving: &Moving, hooks: &[V3], t: f64) -> BoundaryState {
     let body = &model.bodies[index];
-    let omega = angular_velocity(&flying.turn, flying.spin, body.inverse);
+    let omega = angular_velocity(&moving.turn, moving.spin, body.inverse);
     let mut record = ProxyRecord {
-        position: flying.position.into(),
-        orientation: plain(&(flying.turn * body.axes.inverse())),
-        linear_velocity: flying.velocity.into(),
+        position: moving.position.into(),
+        orientation: plain(&(moving.turn * body.axes.inverse())),
+        linear_velocity: moving.velocity.into(),
         angular_velocity: omega.into(),
         mass: body.mass,
         inertia: [0.0; 6],
@@ -79,7 +79,7 @@ pub(crate) fn proxy(model: &Model, index: usize, flying: &Flying, hooks: &[V3], 
         record.background_linear = body.driven(motion, t).1.into();
         return BoundaryState::Proxy(record);
     }
-    let frame = flying.turn.to_rotation_matrix().into_inner();
+    let frame = moving.turn.to_rotation_matrix().into_inner();
     let tensor = frame * Matrix3::from_diagonal(&body.moments) * frame.transpose();
     record.inertia = [tensor.m11, tensor.m22, tensor.m33, tensor.m12, tensor.m13, tensor.m23];
     let (mut force, mut torque) = (V3::zeros(), V3::zeros());
@@ -88,11 +88,11 @@ pub(crate) fn proxy(model: &Model, index: usize, flying: &Flying, hooks: &[V3], 
             let f = influence.force(body.mass);
             force += f;
             if let Some(first) = influence.hooks {
-                torque += (flying.turn * hooks[first + k]).cross(&f);
+                torque += (moving.turn * hooks[first + k]).cross(&f);
             }
         }
     }
     record.background_linear = (force / body.mass).into();
-    record.background_angular = angular_velocity(&flying.turn, torque, body.inverse).into();
+    record.background_angular = angular_velocity(&moving.turn, torque, body.inverse).into();
     BoundaryState::Proxy(record)
 }

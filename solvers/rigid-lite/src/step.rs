@@ -1,11 +1,11 @@
 //! One step of all bodies: what acts on each, stretch by stretch, and the books.
 
-use cosplat_core::plugin::{Budget, PluginError, Signal, Step};
+use cosplat_core::plugin::{Budget, InfluenceKind, PluginError, Signal, Step};
 use cosplat_core::rotation::angular_velocity;
 
 use crate::V3;
 use crate::flight::{Lever, Push, budget, fastest, fly, kick};
-use crate::model::{InfluenceKind, Model, State};
+use crate::model::{Model, State};
 use crate::plugin::{bound_by, counted};
 
 /// Impulse of a partner on one body, angular part about the centre of mass at the start of the step.
@@ -59,9 +59,9 @@ impl<'a> Stage<'a> {
             if let Some(Given { linear, angular, spread: false }) = stage.given[i]
                 && model.bodies[view.own].motion.is_none()
             {
-                let flying = &mut stage.state.bodies[view.own];
-                let point = flying.position;
-                stage.received[i] = kick(&model.bodies[view.own], flying, linear, point, angular);
+                let moving = &mut stage.state.bodies[view.own];
+                let point = moving.position;
+                stage.received[i] = kick(&model.bodies[view.own], moving, linear, point, angular);
             }
         }
         stage
@@ -73,9 +73,9 @@ impl<'a> Stage<'a> {
         for influence in self.model.influences.iter().filter(|i| i.begins_in(start, end)) {
             let InfluenceKind::Kick(impulse, at) = influence.kind else { continue };
             for &body in &influence.bodies {
-                let flying = &mut self.state.bodies[body];
-                let point = at.unwrap_or(flying.position);
-                self.external.add(kick(&self.model.bodies[body], flying, impulse, point, V3::zeros()));
+                let moving = &mut self.state.bodies[body];
+                let point = at.unwrap_or(moving.position);
+                self.external.add(kick(&self.model.bodies[body], moving, impulse, point, V3::zeros()));
             }
         }
         let mut planned = vec![0; self.model.bodies.len()];

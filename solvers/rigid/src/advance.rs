@@ -2,12 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use cosplat_core::plugin::{Budget, PluginError, Pulse, Signal, Step};
+use cosplat_core::plugin::{Budget, InfluenceKind, Moving, PluginError, Pulse, Signal, Step, switches};
 
 use crate::V3;
-use crate::actions::InfluenceKind;
 use crate::joints::Pushed;
-use crate::model::{Model, Moving, State, Twist};
+use crate::model::{Model, State, Twist};
 use crate::step::{budget, kick};
 use crate::world::{Load, Shift, World};
 
@@ -120,7 +119,7 @@ impl<'a> Stage<'a> {
         let (first, end) = (self.step.start_s, self.model.clock.seconds(self.step.span.to));
         let least = NO_TIME * self.step.length_s;
         let mut cuts = vec![first];
-        for cut in self.model.switches(first, end) {
+        for cut in switches(&self.model.influences, first, end) {
             if cut - cuts[cuts.len() - 1] > least && end - cut > least {
                 cuts.push(cut);
             }

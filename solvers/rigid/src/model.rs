@@ -1,12 +1,10 @@
 //! What a scene is to this solver, and what changes in a run.
 
-use cosplat_core::boundary::Wrench;
-use cosplat_core::plan::InterfaceId;
+use cosplat_core::plugin::{Influence, Moving, OwnView, hooks};
 use cosplat_core::rotation::angular_momentum;
 use cosplat_core::scene::Motion;
 use cosplat_core::time::Clock;
 
-use crate::actions::Influence;
 use crate::joints::Joint;
 use crate::pairs::Pairs;
 use crate::params::Params;
@@ -22,7 +20,7 @@ pub(crate) struct Model {
     pub(crate) bodies: Vec<Body>,
     pub(crate) walls: Vec<StaticWall>,
     pub(crate) joints: Vec<Joint>,
-    pub(crate) views: Vec<View>,
+    pub(crate) views: Vec<OwnView>,
     pub(crate) influences: Vec<Influence>,
     pub(crate) pairs: Pairs,
     /// Smallest extent of a body \[m\]: rapier's tolerances are shares of it.
@@ -59,19 +57,6 @@ pub(crate) struct Body {
     pub(crate) coupled: bool,
 }
 
-/// Motion of a body: 13 numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Moving {
-    /// Centre of mass \[m\].
-    pub(crate) position: V3,
-    /// From the principal frame to the world.
-    pub(crate) turn: Turn,
-    /// Of the centre of mass \[m/s\].
-    pub(crate) velocity: V3,
-    /// Angular momentum about the centre of mass, world axes \[kg m²/s\].
-    pub(crate) spin: V3,
-}
-
 /// All that changes in a run, beside what rapier remembers of its contacts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct State {
@@ -80,14 +65,6 @@ pub(crate) struct State {
     pub(crate) hooks: Vec<V3>,
     /// Energy that contacts and joints have taken since t = 0 \[J\].
     pub(crate) dissipated: f64,
-}
-
-/// An interface with a solver that computes the contact.
-#[derive(Clone, Debug)]
-pub(crate) struct View {
-    pub(crate) id: InterfaceId,
-    pub(crate) own: usize,
-    pub(crate) partner: String,
 }
 
 /// Velocities of a body: of its centre of mass \[m/s\] and angular \[rad/s\].
@@ -106,20 +83,6 @@ impl Twist {
     /// Half the sum.
     pub(crate) fn mean(self, other: Self) -> Self {
         Self { linear: (self.linear + other.linear) * 0.5, angular: (self.angular + other.angular) * 0.5 }
-    }
-}
-
-impl Moving {
-    /// Momentum, angular part about the world origin.
-    pub(crate) fn momentum(&self, mass: f64) -> Wrench {
-        let linear = self.velocity * mass;
-        Wrench { linear: linear.into(), angular: (self.position.cross(&linear) + self.spin).into() }
-    }
-
-    /// Whether every number is one.
-    pub(crate) fn is_finite(&self) -> bool {
-        let turn = self.turn.coords;
-        [self.position, self.velocity, self.spin].iter().flat_map(V3::iter).chain(turn.iter()).all(|v| v.is_finite())
     }
 }
 
@@ -179,7 +142,7 @@ impl Model {
     /// State at t = 0.
     pub(crate) fn start(&self) -> State {
         let bodies = self.bodies.iter().map(|b| b.motion.as_ref().map_or(b.start, |m| b.driven(m, 0.0).0)).collect();
-        let hooks = self.influences.iter().filter(|i| i.hooks.is_some()).map(|i| i.bodies.len()).sum();
+        let hooks = hooks(&self.influences);
         let mut state = State { bodies, hooks: vec![V3::zeros(); hooks], dissipated: 0.0 };
         self.hook(&mut state, f64::NEG_INFINITY, 0.0);
         state

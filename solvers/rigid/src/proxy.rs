@@ -1,12 +1,13 @@
 //! The record from which a resolver makes its stand-in of a body.
 
 use cosplat_core::boundary::{BoundaryState, ProxyRecord};
+use cosplat_core::plugin::Moving;
 use cosplat_core::rotation::angular_velocity;
 use nalgebra::Matrix3;
 
 use crate::V3;
 use crate::joints::Pushed;
-use crate::model::{Body, Model, Moving, State};
+use crate::model::{Body, Model, State};
 use crate::plain;
 use crate::rotation::tensor;
 

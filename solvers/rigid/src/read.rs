@@ -2,14 +2,12 @@
 
 use cosplat_core::asset::Asset;
 use cosplat_core::plan::LeftOut;
-use cosplat_core::plugin::{Descriptor, PluginError, Refusals, SolverScene};
+use cosplat_core::plugin::{Descriptor, Moving, OffCentre, PluginError, Refusals, SolverScene};
 use cosplat_core::rotation::angular_momentum;
-use cosplat_core::scene::VelocityField;
-use cosplat_core::scene::{Action, ActionKind, Body as SceneBody, Field, Joint as SceneJoint, JointKind, Material};
+use cosplat_core::scene::{Body as SceneBody, Joint as SceneJoint, JointKind, Material};
 
-use crate::actions::{Influence, InfluenceKind};
 use crate::joints::Joint;
-use crate::model::{Body, Model, Moving, View};
+use crate::model::{Body, Model};
 use crate::pairs::Pairs;
 use crate::params::Params;
 use crate::shape::Shape;
@@ -22,13 +20,13 @@ const UNITS: [f64; 2] = [1e-4, 1.0];
 /// Reads a scene; also answers what is left out of it.
 pub(crate) fn read(plugin: &Descriptor, scene: &SolverScene) -> Result<(Model, Vec<LeftOut>), PluginError> {
     let refused = Refusals::undeclared(plugin, scene);
-    let mut reader = Reader { scene, refused, hooks: 0, left_out: Vec::new() };
+    let mut reader = Reader { scene, refused, left_out: Vec::new() };
     let bodies: Vec<Body> = scene.bodies.iter().filter_map(|b| reader.body(b)).collect();
     let extent = bodies.iter().map(|b| b.extent).fold(f64::INFINITY, f64::min);
     let unit = if extent.is_finite() { extent.clamp(UNITS[0], UNITS[1]) } else { UNITS[1] };
     let walls = reader.walls(unit);
-    let views = reader.views();
-    let influences = scene.actions.iter().filter_map(|a| reader.influence(a)).collect();
+    let views = reader.refused.views(scene);
+    let influences = reader.refused.influences(scene, OffCentre { forces: true, kicks: true });
     let mut pairs = reader.pairs(&walls);
     // The rest refers to bodies by their place, which is right only where none was refused.
     reader.refused.clone().finish()?;
@@ -45,7 +43,6 @@ pub(crate) fn read(plugin: &Descriptor, scene: &SolverScene) -> Result<(Model, V
 struct Reader<'a> {
     scene: &'a SolverScene,
     refused: Refusals,
-    hooks: usize,
     left_out: Vec<LeftOut>,
 }
 
@@ -73,7 +70,7 @@ impl Reader<'_> {
         let moments = shape.moments * mass;
         let turn = turn(body.pose.orientation) * shape.axes;
         let position = V3::from(body.pose.apply(shape.centre.into()));
-        let (velocity, omega) = self.twist(body, position);
+        let [velocity, omega] = self.refused.twist(body, position.into()).map(V3::from);
         let start = Moving { position, turn, velocity, spin: angular_momentum(&turn, omega, moments) };
         if !start.is_finite() {
             self.refused.push(format!("positions or velocities that are not finite (body `{name}`)"));
@@ -95,25 +92,6 @@ impl Reader<'_> {
         })
     }
 
-    /// Velocity of the centre of mass and angular velocity at t = 0.
-    fn twist(&mut self, body: &SceneBody, centre: V3) -> (V3, V3) {
-        let omega = match body.velocity {
-            VelocityField::Twist { angular_rad_s, .. } | VelocityField::Rotation { angular_rad_s, .. } => {
-                angular_rad_s.into()
-            }
-            VelocityField::LinearMap { gradient_1_s: g, .. } => {
-                let largest = g.iter().flatten().fold(0.0_f64, |most, v| most.max(v.abs()));
-                // Rounding of the written numbers, no more.
-                if (0..3).any(|i| (0..3).any(|j| (g[i][j] + g[j][i]).abs() > 1e-12 * largest)) {
-                    self.refused.push(format!("velocity fields that deform (body `{}`)", body.name));
-                }
-                V3::new(g[2][1], g[0][2], g[1][0])
-            }
-        };
-        let centre = centre.into();
-        (body.velocity.at(centre, centre).into(), omega)
-    }
-
     fn walls(&mut self, thickness: f64) -> Vec<(String, StaticWall)> {
         let mut walls = Vec::new();
         for collider in &self.scene.statics {
@@ -133,18 +111,6 @@ impl Reader<'_> {
             self.refused.push(why);
         }
         pairs
-    }
-
-    fn views(&mut self) -> Vec<View> {
-        let mut views = Vec::new();
-        for view in &self.scene.interfaces {
-            let label = format!("`{}` and `{}`", view.own, view.partner);
-            match self.scene.bodies.iter().position(|b| b.name == view.own) {
-                Some(own) => views.push(View { id: view.id, own, partner: view.partner.clone() }),
-                None => self.refused.push(format!("interfaces of bodies it does not have ({label})")),
-            }
-        }
-        views
     }
 
     fn joint(&mut self, joint: &SceneJoint, bodies: &[Body]) -> Option<Joint> {
@@ -188,30 +154,5 @@ impl Reader<'_> {
             stiffness: joint.stiffness,
             damping: joint.damping,
         })
-    }
-
-    fn influence(&mut self, action: &Action) -> Option<Influence> {
-        let kind = match action.kind {
-            ActionKind::Gravity { acceleration_m_s2 } => InfluenceKind::Gravity(acceleration_m_s2.into()),
-            ActionKind::AccelerationField { field: Field::Constant { acceleration_m_s2 } } => {
-                InfluenceKind::Acceleration(acceleration_m_s2.into())
-            }
-            ActionKind::PointForce { force_n, at_m } => InfluenceKind::Force(force_n.into(), at_m.map(V3::from)),
-            ActionKind::Impulse { impulse_n_s, at_m } => InfluenceKind::Kick(impulse_n_s.into(), at_m.map(V3::from)),
-            // Refused already.
-            ActionKind::Wind { .. } => return None,
-            ActionKind::AccelerationField { .. } => {
-                self.refused.push("acceleration fields that vary in space");
-                return None;
-            }
-        };
-        let all = action.bodies.is_empty();
-        let bodies: Vec<usize> = (0..self.scene.bodies.len())
-            .filter(|&i| all || action.bodies.contains(&self.scene.bodies[i].name))
-            .filter(|&i| self.scene.bodies[i].prescribed.is_none())
-            .collect();
-        let hooks = matches!(kind, InfluenceKind::Force(_, Some(_))).then_some(self.hooks);
-        self.hooks += if hooks.is_some() { bodies.len() } else { 0 };
-        Some(Influence { kind, bodies, from: action.from_s, until: action.until_s.unwrap_or(f64::INFINITY), hooks })
     }
 }

@@ -2,12 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use cosplat_core::plugin::{BodyState, Budget, Energy, Report};
+use cosplat_core::plugin::{BodyState, Budget, Energy, Moving, Report};
 use cosplat_core::visual::VisualState;
 
 use crate::V3;
-use crate::actions::InfluenceKind;
-use crate::model::{Body, Model, Moving, State};
+use crate::model::{Body, Model, State};
 use crate::plain;
 
 /// State and budgets at time `t` \[s\]; `springs` is the energy in the joints \[J\].
@@ -24,7 +23,7 @@ pub(crate) fn report(
         let twist = b.twist(m);
         0.5 * (b.mass * twist.linear.norm_squared() + m.spin.dot(&twist.angular))
     });
-    let weights = model.influences.iter().filter(|i| i.acts_at(t) && matches!(i.kind, InfluenceKind::Gravity(_)));
+    let weights = model.influences.iter().filter(|i| i.acts_at(t) && i.is_gravity());
     let potential =
         weights.flat_map(|i| i.bodies.iter().map(|&b| -i.force(model.bodies[b].mass).dot(&state.bodies[b].position)));
     Report {

@@ -4,28 +4,21 @@
 //! for warm starts, the order of contacts, its tree of bounding boxes. Colliders are not in it: their shapes are the
 //! scene's and their places follow from the bodies, which are told anew before every substep.
 
-use cosplat_core::plugin::{PluginError, StateError, StateHasher, StateReader, StateSink};
-use nalgebra::{Quaternion, UnitQuaternion};
+use cosplat_core::plugin::{Moving, PluginError, StateError, StateHasher, StateReader, StateSink};
 use rapier3d::dynamics::{ImpulseJointSet, IslandManager, RigidBodySet};
 use rapier3d::geometry::{BroadPhaseBvh, NarrowPhase};
 use rapier3d::pipeline::PhysicsWorld;
 use rapier3d::prelude::{CCDSolver, PhysicsPipeline};
 
 use crate::V3;
-use crate::model::{Moving, State};
+use crate::model::State;
 
 /// What rapier remembers.
 type Memory = (IslandManager, BroadPhaseBvh, NarrowPhase, RigidBodySet, ImpulseJointSet);
 
 /// Writes all of it.
 pub(crate) fn save(state: &State, world: Option<&PhysicsWorld>, sink: &mut dyn StateSink) {
-    sink.u64(state.bodies.len() as u64);
-    for moving in &state.bodies {
-        sink.vec3(moving.position.into());
-        moving.turn.coords.iter().for_each(|&c| sink.f64(c));
-        sink.vec3(moving.velocity.into());
-        sink.vec3(moving.spin.into());
-    }
+    Moving::save(&state.bodies, sink);
     let hooks: Vec<[f64; 3]> = state.hooks.iter().map(|&h| h.into()).collect();
     sink.vec3s(&hooks);
     sink.f64(state.dissipated);
@@ -47,18 +40,7 @@ fn checksum(bytes: &[u8]) -> u128 {
 /// Reads all of it into `state` and `world`, which stay as they are where it does not fit.
 pub(crate) fn restore(state: &mut State, world: Option<&mut PhysicsWorld>, bytes: &[u8]) -> Result<(), PluginError> {
     let mut reader = StateReader::new(bytes);
-    let (found, expected) = (reader.u64()?, state.bodies.len() as u64);
-    if found != expected {
-        return Err(StateError::Count { what: "rigid bodies", found, expected }.into());
-    }
-    let mut bodies = Vec::with_capacity(state.bodies.len());
-    for _ in 0..expected {
-        let position = reader.vec3()?.into();
-        let [x, y, z, w] = [reader.f64()?, reader.f64()?, reader.f64()?, reader.f64()?];
-        // As it was saved: normalising again could change the last bit.
-        let turn = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
-        bodies.push(Moving { position, turn, velocity: reader.vec3()?.into(), spin: reader.vec3()?.into() });
-    }
+    let bodies = Moving::restore(state.bodies.len(), &mut reader)?;
     let hooks = reader.vec3s("lever arms", state.hooks.len())?.into_iter().map(V3::from).collect();
     let dissipated = reader.f64()?;
     let length = usize::try_from(reader.u64()?).unwrap_or(usize::MAX);

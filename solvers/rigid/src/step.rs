@@ -9,12 +9,12 @@
 //!   `c × p` more of it about a fixed point. That is booked as outside, and its size counted.
 
 use cosplat_core::boundary::Wrench;
-use cosplat_core::plugin::{Budget, PluginError};
+use cosplat_core::plugin::{Budget, Moving, PluginError};
 
 use crate::advance::{Account, Acting, Lever, Stage};
 use crate::contacts;
 use crate::joints::{Push, Pushed, Side, solve};
-use crate::model::{Body, Moving, Twist};
+use crate::model::{Body, Twist};
 use crate::rotation::{free, tensor};
 use crate::world::{Load, Shift};
 use crate::{Turn, V3};

@@ -1,10 +1,10 @@
 //! A body and its motion.
 
-use cosplat_core::boundary::Wrench;
 use cosplat_core::distance::{Placed, Shape};
+use cosplat_core::plugin::Moving;
 
 use crate::matching::rotation;
-use crate::{M3, Turn, V3};
+use crate::{M3, V3};
 
 /// What never changes about a body.
 #[derive(Clone, Debug)]
@@ -29,33 +29,6 @@ pub(crate) struct Body {
     pub(crate) start: Moving,
     /// Whether a partner sees it.
     pub(crate) coupled: bool,
-}
-
-/// Motion of a body: 13 numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Moving {
-    /// Centre of mass \[m\].
-    pub(crate) position: V3,
-    /// From the frame of the source to the world.
-    pub(crate) turn: Turn,
-    /// Of the centre of mass \[m/s\].
-    pub(crate) velocity: V3,
-    /// Angular momentum about the centre of mass, world axes \[kg m²/s\].
-    pub(crate) spin: V3,
-}
-
-impl Moving {
-    /// Momentum, angular part about the world origin.
-    pub(crate) fn momentum(&self, mass: f64) -> Wrench {
-        let linear = self.velocity * mass;
-        Wrench { linear: linear.into(), angular: (self.position.cross(&linear) + self.spin).into() }
-    }
-
-    /// Whether every number is one.
-    pub(crate) fn is_finite(&self) -> bool {
-        let all = [self.position, self.velocity, self.spin];
-        all.iter().flat_map(V3::iter).chain(self.turn.coords.iter()).all(|v| v.is_finite())
-    }
 }
 
 impl Body {

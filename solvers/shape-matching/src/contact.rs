@@ -2,9 +2,9 @@
 
 use cosplat_core::boundary::Wrench;
 use cosplat_core::distance::{Placed, SignedDistance};
-use cosplat_core::plugin::Budget;
+use cosplat_core::plugin::{Budget, Moving};
 
-use crate::body::{Body, Moving};
+use crate::body::Body;
 use crate::model::{Model, State, Surface};
 use crate::{M3, V3};
 

@@ -3,19 +3,17 @@
 use cosplat_core::boundary::{SampleStatics, Wrench};
 use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{
-    BoundaryOutput, Descriptor, Inputs, InterfaceRole, Outputs, Plugin, PluginError, Pulse, Setup, SetupBoundary,
-    SolverScene, StateError, StateReader, StateSink, Step,
+    BoundaryOutput, Descriptor, Inputs, InterfaceRole, Moving, Outputs, Plugin, PluginError, Pulse, Setup,
+    SetupBoundary, SolverScene, StateReader, StateSink, Step,
 };
 use cosplat_core::visual::{VisualForm, VisualState};
-use nalgebra::Quaternion;
 use serde_json::json;
 
-use crate::body::Moving;
+use crate::V3;
 use crate::model::{Model, State};
 use crate::read::read;
 use crate::report::pose;
 use crate::step::{Given, run};
-use crate::{Turn, V3};
 
 /// Rigid bodies by shape matching.
 #[derive(Debug, Default)]
@@ -92,30 +90,13 @@ impl Plugin for ShapeMatching {
     }
 
     fn save(&self, sink: &mut dyn StateSink) {
-        sink.u64(self.state.bodies.len() as u64);
-        for moving in &self.state.bodies {
-            sink.vec3(moving.position.into());
-            moving.turn.coords.iter().for_each(|&c| sink.f64(c));
-            sink.vec3(moving.velocity.into());
-            sink.vec3(moving.spin.into());
-        }
+        Moving::save(&self.state.bodies, sink);
         sink.f64(self.state.dissipated);
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), PluginError> {
         let mut reader = StateReader::new(state);
-        let (found, expected) = (reader.u64()?, self.state.bodies.len() as u64);
-        if found != expected {
-            return Err(StateError::Count { what: "rigid bodies", found, expected }.into());
-        }
-        let mut bodies = Vec::with_capacity(self.state.bodies.len());
-        for _ in 0..expected {
-            let position = reader.vec3()?.into();
-            let [x, y, z, w] = [reader.f64()?, reader.f64()?, reader.f64()?, reader.f64()?];
-            // As it was saved: normalising again could change the last bit.
-            let turn = Turn::new_unchecked(Quaternion::new(w, x, y, z));
-            bodies.push(Moving { position, turn, velocity: reader.vec3()?.into(), spin: reader.vec3()?.into() });
-        }
+        let bodies = Moving::restore(self.state.bodies.len(), &mut reader)?;
         let dissipated = reader.f64()?;
         reader.end()?;
         self.state = State { bodies, dissipated };

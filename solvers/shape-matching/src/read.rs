@@ -4,14 +4,11 @@ use std::sync::Arc;
 
 use cosplat_core::asset::Asset;
 use cosplat_core::distance::{MeshSolid, Placed, Shape};
-use cosplat_core::plugin::{Descriptor, PluginError, Refusals, SolverScene};
-use cosplat_core::scene::{
-    Action, ActionKind, Body as SceneBody, ContactLaw, Field, Material, PairDefaults, StaticCollider, VelocityField,
-    Wall,
-};
+use cosplat_core::plugin::{Descriptor, Moving, OffCentre, PluginError, Refusals, SolverScene};
+use cosplat_core::scene::{Body as SceneBody, ContactLaw, Material, PairDefaults, StaticCollider, Wall};
 
-use crate::body::{Body, Moving};
-use crate::model::{Influence, InfluenceKind, Model, Surface, View};
+use crate::body::Body;
+use crate::model::{Model, Surface};
 use crate::particles::Particles;
 use crate::{M3, V3, turn};
 
@@ -33,8 +30,8 @@ pub(crate) fn read(plugin: &Descriptor, scene: &SolverScene) -> Result<Model, Pl
         Surface(pair.static_friction, pair.kinetic_friction)
     };
     let pairs = pairs.map(|(a, b)| reader.surface(&a.name, &b.name, of_materials(a, b))).collect();
-    let views = reader.views();
-    let influences = scene.actions.iter().filter_map(|a| reader.influence(a)).collect();
+    let views = reader.refused.views(scene);
+    let influences = reader.refused.influences(scene, OffCentre { forces: false, kicks: true });
     let mut number = |key: &str, default: f64| match scene.params.get(key) {
         None => default,
         Some(value) => value.as_f64().filter(|v| v.is_finite() && *v > 0.0).unwrap_or_else(|| {
@@ -75,7 +72,7 @@ impl Reader<'_> {
             return None;
         };
         let position = V3::from(body.pose.apply(particles.centre.into()));
-        let (velocity, omega) = self.twist(body, position);
+        let [velocity, omega] = self.refused.twist(body, position.into()).map(V3::from);
         let turn = turn(body.pose.orientation);
         let r = turn.to_rotation_matrix();
         let inertia = M3::identity() * spread.trace() - spread;
@@ -98,21 +95,6 @@ impl Reader<'_> {
             start,
             coupled: self.scene.is_coupled(name),
         })
-    }
-
-    /// Velocity of the centre of mass and angular velocity at t = 0.
-    fn twist(&mut self, body: &SceneBody, centre: V3) -> (V3, V3) {
-        let omega = match body.velocity {
-            VelocityField::Twist { angular_rad_s, .. } | VelocityField::Rotation { angular_rad_s, .. } => {
-                V3::from(angular_rad_s)
-            }
-            VelocityField::LinearMap { .. } => {
-                self.refused.push(format!("velocity fields that deform (body `{}`)", body.name));
-                V3::zeros()
-            }
-        };
-        let centre = centre.into();
-        (body.velocity.at(centre, centre).into(), omega)
     }
 
     fn wall(&mut self, wall: &StaticCollider, extent: f64) -> Option<(Placed, Vec<Option<Surface>>)> {
@@ -154,40 +136,5 @@ impl Reader<'_> {
             self.refused.push(format!("restitution and the contact law genesis (`{}` and `{}`)", pair.a, pair.b));
         }
         pair.enabled.then_some(Surface(pair.static_friction, pair.kinetic_friction))
-    }
-
-    fn views(&mut self) -> Vec<View> {
-        let mut views = Vec::new();
-        for view in &self.scene.interfaces {
-            match self.scene.bodies.iter().position(|b| b.name == view.own) {
-                Some(own) => views.push(View { id: view.id, own, partner: view.partner.clone() }),
-                None => self.refused.push(format!("interfaces of bodies it does not have (`{}`)", view.own)),
-            }
-        }
-        views
-    }
-
-    fn influence(&mut self, action: &Action) -> Option<Influence> {
-        let kind = match action.kind {
-            ActionKind::Gravity { acceleration_m_s2: a } => InfluenceKind::Gravity(a.into()),
-            ActionKind::AccelerationField { field: Field::Constant { acceleration_m_s2: a } } => {
-                InfluenceKind::Acceleration(a.into())
-            }
-            ActionKind::PointForce { force_n, at_m: None } => InfluenceKind::Force(force_n.into()),
-            ActionKind::Impulse { impulse_n_s, at_m } => InfluenceKind::Kick(impulse_n_s.into(), at_m.map(V3::from)),
-            // Refused already.
-            ActionKind::Wind { .. } => return None,
-            ActionKind::PointForce { .. } => {
-                self.refused.push("point forces beside the centre of mass (`at_m`)");
-                return None;
-            }
-            ActionKind::AccelerationField { .. } => {
-                self.refused.push("acceleration fields that vary in space");
-                return None;
-            }
-        };
-        let acts = |i: &usize| action.bodies.is_empty() || action.bodies.contains(&self.scene.bodies[*i].name);
-        let bodies = (0..self.scene.bodies.len()).filter(acts).collect();
-        Some(Influence { kind, bodies, from: action.from_s, until: action.until_s.unwrap_or(f64::INFINITY) })
     }
 }

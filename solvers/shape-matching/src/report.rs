@@ -1,11 +1,11 @@
 //! What the solver shows: body states, energies and proxy records.
 
 use cosplat_core::boundary::{BoundaryState, ProxyRecord};
-use cosplat_core::plugin::{BodyState, Energy, Report};
+use cosplat_core::plugin::{BodyState, Energy, Moving, Report};
 use cosplat_core::visual::VisualState;
 
-use crate::body::{Body, Moving};
-use crate::model::{InfluenceKind, Model, State};
+use crate::body::Body;
+use crate::model::{Model, State};
 use crate::step::Books;
 use crate::{V3, plain};
 
@@ -17,7 +17,7 @@ impl Model {
 
     /// State and budgets at time `t` \[s\].
     pub(crate) fn report(&self, state: &State, t: f64, books: Option<&Books>) -> Report {
-        let weights = self.influences.iter().filter(|i| i.acts_at(t) && matches!(i.kind, InfluenceKind::Gravity(_)));
+        let weights = self.influences.iter().filter(|i| i.acts_at(t) && i.is_gravity());
         let energy = |(i, mass): (usize, f64), g: V3| -g.dot(&state.bodies[i].position) * mass;
         let potential_j =
             weights.flat_map(|w| w.bodies.iter().map(|&i| energy((i, 1.0), w.force(self.bodies[i].mass))));

@@ -1,11 +1,11 @@
 //! One step of all bodies, and the books.
 
 use cosplat_core::boundary::Wrench;
-use cosplat_core::plugin::{Budget, PluginError, Pulse, Signal, Step};
+use cosplat_core::plugin::{Budget, InfluenceKind, PluginError, Pulse, Signal, Step};
 
 use crate::V3;
 use crate::contact::{find, settle};
-use crate::model::{InfluenceKind, Model, State};
+use crate::model::{Model, State};
 
 /// Substeps of a step beyond which a body is not fast but blowing up.
 const MOST_SUBSTEPS: f64 = 1e6;

@@ -49,6 +49,22 @@ impl VelocityField {
             Self::Rotation { angular_rad_s, about_m } => cross(angular_rad_s, sub(x, about_m)),
         }
     }
+
+    /// Velocity of the centre of mass at `centre` \[m/s\] and angular velocity \[rad/s\]; none of a field that deforms.
+    pub fn twist(&self, centre: Vec3) -> Option<[Vec3; 2]> {
+        let omega = match *self {
+            Self::Twist { angular_rad_s, .. } | Self::Rotation { angular_rad_s, .. } => angular_rad_s,
+            Self::LinearMap { gradient_1_s: g, .. } => {
+                let largest = g.iter().flatten().fold(0.0_f64, |most, v| most.max(v.abs()));
+                // Rounding of the written numbers, no more.
+                if (0..3).any(|i| (0..3).any(|j| (g[i][j] + g[j][i]).abs() > 1e-12 * largest)) {
+                    return None;
+                }
+                [g[2][1], g[0][2], g[1][0]]
+            }
+        };
+        Some([self.at(centre, centre), omega])
+    }
 }
 
 impl Body {
