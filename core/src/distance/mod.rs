@@ -4,7 +4,7 @@ mod mesh;
 
 use std::sync::Arc;
 
-use crate::asset::{Asset, AssetError};
+use crate::asset::{Asset, AssetError, TriangleMesh};
 use crate::boundary::{dot, norm, scale, sub};
 use crate::scene::{Pose, Source};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -56,6 +56,23 @@ impl Shape {
     /// # Errors
     /// [`ShapeError`]: without a mesh, or with one that cannot be what the source says.
     pub fn prepared(source: &Source, asset: Option<&Asset>, about_centre: bool, dx: f64) -> Result<Self, ShapeError> {
+        Self::made(source, asset, about_centre, |mesh, origin| MeshSolid::new(mesh, origin, dx))
+    }
+
+    /// The same without a cache near the surface: for those who ask once, and also far from it.
+    ///
+    /// # Errors
+    /// As [`Shape::prepared`].
+    pub fn exact(source: &Source, asset: Option<&Asset>, about_centre: bool) -> Result<Self, ShapeError> {
+        Self::made(source, asset, about_centre, MeshSolid::exact)
+    }
+
+    fn made(
+        source: &Source,
+        asset: Option<&Asset>,
+        about_centre: bool,
+        solid: impl Fn(&TriangleMesh, [f64; 3]) -> Result<MeshSolid, AssetError>,
+    ) -> Result<Self, ShapeError> {
         if let Some(shape) = Self::of(source) {
             return Ok(shape);
         }
@@ -65,7 +82,7 @@ impl Shape {
             return Ok(Self::HeightField(Arc::new(HeightField::new(mesh)?)));
         }
         let origin = if about_centre { mesh.solid()?.centroid_m } else { [0.0; 3] };
-        Ok(Self::Mesh(Arc::new(MeshSolid::new(mesh, origin, dx)?)))
+        Ok(Self::Mesh(Arc::new(solid(mesh, origin)?)))
     }
 }
 

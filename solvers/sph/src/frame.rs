@@ -8,7 +8,8 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 /// Corners of the box around a shape in its own frame \[m\]; none for planes.
 pub(crate) fn bounds(shape: &Shape) -> Option<[Vec3; 2]> {
     let half = match shape {
-        Shape::Plane(_) | Shape::HeightField(_) => return None,
+        Shape::Plane(_) => return None,
+        Shape::HeightField(field) => return Some(field.bounds()),
         Shape::Mesh(mesh) => return Some(mesh.bounds()),
         Shape::Box(half) => *half,
         Shape::Sphere(r) => [*r; 3],

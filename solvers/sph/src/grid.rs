@@ -51,10 +51,31 @@ impl Grid {
         ((c[2] * self.size[1] + c[1]) * self.size[0] + c[0]) as u32
     }
 
+    /// Whether the cells around `x` hold a particle at all.
+    pub(crate) fn occupied(&self, x: Vec3) -> bool {
+        let mut any = false;
+        self.rows(x, |from, to| any |= from < to);
+        any
+    }
+
     /// Calls `found` with every particle closer than `reach` to `x`, in rising order. `sorted` are the positions that the
     /// grid was made for, sorted; `reach` is at most what it was made for.
     #[inline]
     pub(crate) fn near(&self, sorted: &[Vec3], x: Vec3, reach: f64, mut found: impl FnMut(usize)) {
+        let square = reach * reach;
+        self.rows(x, |from, to| {
+            for (i, &other) in sorted[from..to].iter().enumerate() {
+                let apart = sub(x, other);
+                if dot(apart, apart) < square {
+                    found(from + i);
+                }
+            }
+        });
+    }
+
+    /// Calls `found` with the runs of particles in the cells around `x`.
+    #[inline]
+    fn rows(&self, x: Vec3, mut found: impl FnMut(usize, usize)) {
         if self.first.is_empty() {
             return;
         }
@@ -66,17 +87,11 @@ impl Grid {
             let last = self.size[k] as f64 - 1.0;
             (at[k] - 1.0).clamp(0.0, last) as usize..=(at[k] + 1.0).clamp(0.0, last) as usize
         };
-        let (xs, square) = (range(0), reach * reach);
+        let xs = range(0);
         for k in range(2) {
             for j in range(1) {
                 let row = (k * self.size[1] + j) * self.size[0];
-                let (from, to) = (self.first[row + xs.start()] as usize, self.first[row + xs.end() + 1] as usize);
-                for (i, &other) in sorted[from..to].iter().enumerate() {
-                    let apart = sub(x, other);
-                    if dot(apart, apart) < square {
-                        found(from + i);
-                    }
-                }
+                found(self.first[row + xs.start()] as usize, self.first[row + xs.end() + 1] as usize);
             }
         }
     }

@@ -1,11 +1,9 @@
 //! From a solver's part of a scene to a [`Model`], with every feature that is missing refused by name.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
-use cosplat_core::asset::{Asset, AssetError, TriangleMesh};
 use cosplat_core::boundary::{Vec3, add, norm, scale};
-use cosplat_core::distance::{MeshSolid, Placed, Shape, SignedDistance};
+use cosplat_core::distance::{Placed, Shape, SignedDistance};
 use cosplat_core::plan::{BoundaryForm, LeftOut};
 use cosplat_core::plugin::{Descriptor, PluginError, Refusals, SolverScene, ViewRole};
 use cosplat_core::scene::{ActionKind, Body, Material, PairSpec, Source, StaticCollider, Wall};
@@ -89,13 +87,8 @@ struct Reader<'a> {
 impl Reader<'_> {
     /// Shape of a solid in its own frame, or about its centre of mass.
     fn shape(&mut self, name: &str, source: &Source, about_centre: bool) -> Option<Shape> {
-        let made = match (Shape::of(source), self.scene.assets.get(name).map(AsRef::as_ref)) {
-            (Some(shape), _) => Ok(shape),
-            (None, Some(asset @ Asset::Mesh(mesh))) => {
-                asset.check().and_then(|()| of_mesh(mesh, about_centre)).map_err(|why| not_solid(&why))
-            }
-            _ => Err("anything but a plane, box, sphere, cylinder or closed triangle mesh".to_owned()),
-        };
+        let asset = self.scene.assets.get(name).map(AsRef::as_ref);
+        let made = Shape::exact(source, asset, about_centre);
         made.map_err(|why| self.refusals.push(format!("`{name}` as a solid: {why}"))).ok()
     }
 
@@ -286,20 +279,4 @@ impl Reader<'_> {
             }
         }
     }
-}
-
-/// Solid that a mesh encloses.
-fn of_mesh(mesh: &TriangleMesh, about_centre: bool) -> Result<Shape, AssetError> {
-    let origin = if about_centre { mesh.solid()?.centroid_m } else { [0.0; 3] };
-    Ok(Shape::Mesh(Arc::new(MeshSolid::exact(mesh, origin)?)))
-}
-
-/// What a mesh must be to be a solid, in words.
-fn not_solid(why: &AssetError) -> String {
-    let hint = if matches!(why, AssetError::Open(_)) {
-        "; close its holes and merge vertices at the same place, or use a box, sphere, cylinder or plane"
-    } else {
-        ""
-    };
-    format!("{why}{hint}")
 }

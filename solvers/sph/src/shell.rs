@@ -8,7 +8,7 @@
 use std::ops::Range;
 
 use cosplat_core::boundary::{Vec3, add, norm, scale, sub};
-use cosplat_core::distance::{Distance, Shape, SignedDistance};
+use cosplat_core::distance::{Distance, HeightField, Shape, SignedDistance};
 
 use crate::frame::bounds;
 
@@ -63,8 +63,50 @@ impl Lattice<'_> {
     }
 }
 
+/// Boundary particles below a terrain, column by column; no more than one above [`MOST_PIECES`].
+///
+/// What lies straight below a place is never closer to the surface from within, so that a column ends where it is deep
+/// enough.
+fn below_terrain(field: &HeightField, spacing: f64, depth: f64) -> Vec<Piece> {
+    let [low, high] = field.bounds();
+    let count = [0, 1].map(|k| ((high[k] - low[k]) / spacing).ceil() as usize);
+    let start = [0, 1].map(|k| 0.5 * (low[k] + high[k] - count[k] as f64 * spacing));
+    let mut pieces = Vec::new();
+    for i in 0..count[0] {
+        for j in 0..count[1] {
+            let [x, y] = [start[0] + (i as f64 + 0.5) * spacing, start[1] + (j as f64 + 0.5) * spacing];
+            let Some(height) = field.height(x, y) else { continue };
+            let middle = ((height / spacing).floor() + 0.5) * spacing;
+            let at = |k: i32| {
+                let x = [x, y, f64::from(k).mul_add(spacing, middle)];
+                (x, field.distance(x))
+            };
+            let above = (1..).map(at).take_while(|(_, near)| near.0 < 0.5 * spacing);
+            let below = (0..).map(|k| at(-k)).take_while(|(_, near)| near.0 > -depth);
+            pieces.extend(above.chain(below).filter_map(|(x, near)| piece(x, near, spacing)));
+            if pieces.len() > MOST_PIECES {
+                return pieces;
+            }
+        }
+    }
+    pieces
+}
+
 /// Boundary particles of a shape that is not a plane, in its own frame; `Err` in words.
 pub(crate) fn shell(shape: &Shape, spacing: f64, depth: f64) -> Result<Vec<Piece>, String> {
+    let pieces = if let Shape::HeightField(field) = shape {
+        below_terrain(field, spacing, depth)
+    } else {
+        inside(shape, spacing, depth)?
+    };
+    if pieces.len() <= MOST_PIECES {
+        return Ok(pieces);
+    }
+    Err(format!("more than {MOST_PIECES} boundary particles at a spacing of {spacing} m; a coarser one helps"))
+}
+
+/// Boundary particles of a closed solid; no more than one above [`MOST_PIECES`].
+fn inside(shape: &Shape, spacing: f64, depth: f64) -> Result<Vec<Piece>, String> {
     let Some([low, high]) = bounds(shape) else { return Err("a plane that moves".into()) };
     // A box is filled exactly; the lattice of the others begins outside.
     let fits = matches!(shape, Shape::Box(_));
@@ -75,14 +117,11 @@ pub(crate) fn shell(shape: &Shape, spacing: f64, depth: f64) -> Result<Vec<Piece
     let above = if fits { 0.0 } else { 0.5 * spacing };
     let lattice = Lattice { shape, low, step, above, below: depth };
     let mut pieces = Vec::new();
-    let whole = lattice.visit(&count.map(|n| 0..n as usize), &mut |x, near| {
+    lattice.visit(&count.map(|n| 0..n as usize), &mut |x, near| {
         pieces.extend(if fits { Some((x, step.iter().product())) } else { piece(x, near, spacing) });
         pieces.len() <= MOST_PIECES
     });
-    if whole {
-        return Ok(pieces);
-    }
-    Err(format!("more than {MOST_PIECES} boundary particles at a spacing of {spacing} m; a coarser one helps"))
+    Ok(pieces)
 }
 
 /// Boundary particles of a plane near places `x` of its frame, closer to it than `reach`.
@@ -158,6 +197,53 @@ mod tests {
         assert!((volume / exact - 1.0).abs() < 0.06);
         assert!(pieces.iter().all(|p| Shape::Box(half).distance(p.0).0 < -0.02 * d));
         assert!(shell(&Shape::Box([1.0; 3]), 1e-3, 2e-3).unwrap_err().contains("coarser"));
+    }
+
+    #[test]
+    fn a_terrain_has_layers_below_it_and_nothing_beside_it() {
+        // A slope of a half, of 1 m x 1 m.
+        let mesh = TriangleMesh {
+            vertices_m: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.5], [1.0, 1.0, 0.5], [0.0, 1.0, 0.0]],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+        };
+        let (d, depth) = (0.02, 0.048);
+        let slope = Shape::HeightField(Arc::new(HeightField::new(&mesh).unwrap()));
+        let pieces = shell(&slope, d, depth).unwrap();
+        let volume: f64 = pieces.iter().map(|p| p.1).sum();
+        println!("{} pieces, {volume} m³", pieces.len());
+        // Down to the last cell whose middle lies above the depth: half a cell less or more.
+        let expected = 1.25_f64.sqrt() * depth;
+        assert!((volume - expected).abs() < 0.5 * d * 1.25_f64.sqrt(), "{volume} {expected}");
+        let inside = |x: &Vec3| (0..2).all(|k| x[k] > -1e-9 && x[k] < 1.0 + 1e-9);
+        assert!(pieces.iter().all(|p| slope.distance(p.0).0 < -0.02 * d && inside(&p.0)));
+        // The moment of the gradient over all pairs across the surface is what a plane of the same volumes has.
+        let kernel = crate::kernel::Kernel::new(d);
+        let normal = [-0.5, 0.0, 1.0].map(|n| n / 1.25_f64.sqrt());
+        let spots = || (0..49).map(|i| [0.006 * f64::from(i % 7), 0.006 * f64::from(i / 7)]);
+        let pull = |height: f64| {
+            let one = |[u, v]: [f64; 2]| {
+                let at = add([0.4 + u, 0.4 + v, 0.2 + 0.5 * u], scale(normal, height));
+                let all = pieces.iter().map(|p| scale(sub(at, p.0), p.1 * kernel.slope(norm(sub(at, p.0)))));
+                all.fold([0.0; 3], add)
+            };
+            scale(spots().map(one).fold([0.0; 3], add), 1.0 / 49.0)
+        };
+        let flat = |height: f64| {
+            let cell = |i: i32| (f64::from(i % 9) - 4.0, f64::from(i / 9 % 9) - 4.0, f64::from(i / 81) + 0.5);
+            let one = |[u, v]: [f64; 2]| {
+                let all =
+                    (0..243).map(cell).map(|(i, j, k)| [i.mul_add(d, u % d), j.mul_add(d, v % d), height + k * d]);
+                all.map(|way| kernel.slope(norm(way)) * way[2] * d * d * d).sum::<f64>()
+            };
+            spots().map(one).sum::<f64>() / 49.0
+        };
+        for height in [0.5 * d, d] {
+            let (found, wanted) = (pull(height), flat(height));
+            let along = (0..3).map(|k| found[k] * normal[k]).sum::<f64>();
+            println!("{height}: {along}, flat {wanted}, {found:?}");
+            // In the mean over places: what is left is that cells cut by a slope are taken as cut across.
+            assert!((along / wanted - 1.0).abs() < 0.05, "{along} {wanted}");
+        }
     }
 
     #[test]

@@ -82,6 +82,9 @@ impl Walls {
         let mut all = Vec::new();
         for (f, face) in model.faces.iter().enumerate() {
             let mut add = |index: usize, x: Vec3, volume: f64| {
+                if !grid.occupied(x) {
+                    return;
+                }
                 let (zero, face) = ([0.0; 3], f as u32);
                 let index = index as u32;
                 let made = Piece { face, index, x, v: zero, volume, impulse: zero, work: 0.0 };

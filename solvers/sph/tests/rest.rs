@@ -3,8 +3,12 @@
 #[cfg(test)]
 mod common;
 
-use common::{Run, columns, liquid, scene, tank, water};
-use cosplat_core::scene::Wall;
+use std::sync::Arc;
+
+use common::{Run, columns, liquid, plane, scene, tank, water};
+use cosplat_core::asset::{Asset, TriangleMesh};
+use cosplat_core::boundary::norm;
+use cosplat_core::scene::{Source, StaticCollider, Wall};
 
 #[test]
 fn pressure_in_a_tank_grows_with_depth() {
@@ -57,4 +61,48 @@ fn pressure_in_a_tank_grows_with_depth() {
         "{:?}",
         run.defect
     );
+}
+
+#[test]
+fn a_valley_of_a_terrain_holds_water() {
+    // A bowl of 0.4 m x 0.4 m, z = 2 r², in squares of 2 cm, and 1 cm above its bottom a block of water that fills a part.
+    let (d, n) = (0.02, 20_u32);
+    let bowl = |x: f64, y: f64| 2.0 * (x * x + y * y);
+    let at = |i: u32| f64::from(i) * 0.02 - 0.2;
+    let vertices_m = (0..=n).flat_map(|i| (0..=n).map(move |j| [at(i), at(j), bowl(at(i), at(j))])).collect();
+    let square = |i: u32, j: u32| {
+        let a = i * (n + 1) + j;
+        [[a, a + n + 1, a + 1], [a + 1, a + n + 1, a + n + 2]]
+    };
+    let triangles = (0..n).flat_map(|i| (0..n).flat_map(move |j| square(i, j))).collect();
+    let mesh = TriangleMesh { vertices_m, triangles };
+    let ground = StaticCollider {
+        source: Source::HeightField { file: "bowl.obj".into(), metres_per_unit: 1.0, up: "+z".into() },
+        ..plane("bowl", [0.0; 3], common::UPRIGHT, Wall::NoSlip)
+    };
+    for pressure in ["wcsph"] {
+        let body = liquid(water(15.0, 1.0), [0.16, 0.16, 0.06], [0.02, 0.0, 0.06], d);
+        let mut start = scene(vec![body], vec![ground.clone()], 0.01);
+        start.assets.insert("bowl".into(), Arc::new(Asset::Mesh(mesh.clone())));
+        start.params.insert("pressure".into(), pressure.into());
+        let mut run = Run::new(start);
+        for _ in 0..80 {
+            run.step();
+        }
+        let (x, v, _) = columns(&run.bytes());
+        let (count, fastest) = (x.len() as f64, v.iter().map(|&v| norm(v)).fold(0.0, f64::max));
+        let lowest = x.iter().map(|x| x[2] - bowl(x[0], x[1])).fold(f64::INFINITY, f64::min);
+        let height = x.iter().map(|x| x[2]).sum::<f64>() / count;
+        // A paraboloid z = 2 r² filled to z = H holds π H²/4 and has its centre at 2 H/3.
+        let expected = (4.0 * count * d * d * d / std::f64::consts::PI).sqrt() * 2.0 / 3.0;
+        println!(
+            "{pressure}: lowest {lowest}, fastest {fastest}, centre {height} of {expected}, {:?}",
+            run.setup.left_out
+        );
+        // Half a spacing off the ground at rest, less where it is pressed in a hollow; none has gone through.
+        assert!(lowest > 0.2 * d, "{lowest}");
+        // Fewer than five particles deep: a quarter of a spacing.
+        assert!((height - expected).abs() < 0.25 * d && fastest < 0.3, "{height} {expected} {fastest}");
+        assert!(run.defect[0] < 1e-12 * run.gross && run.defect[1] < 1e-12 * run.gross, "{:?}", run.defect);
+    }
 }

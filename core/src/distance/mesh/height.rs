@@ -45,6 +45,11 @@ impl HeightField {
         field.overhang().map_or(Ok(field), |[x, y]| Err(AssetError::Overhang(x, y)))
     }
 
+    /// Corners of the box around its surface \[m\].
+    pub fn bounds(&self) -> [[f64; 3]; 2] {
+        [self.low, self.high]
+    }
+
     /// Height of the surface above a point of the plane z = 0 \[m\]; nothing beside the terrain. At a cliff the upper one.
     pub fn height(&self, x: f64, y: f64) -> Option<f64> {
         let mut highest = None;
