@@ -31,7 +31,8 @@
 //! **Contact** keeps surfaces half a thickness apart from solids, and middle surfaces of cloth a whole one. In a substep
 //! cloth moves less than its thickness relative to other cloth; where it is faster, contact is looked at in up to 16
 //! parts of it, and substeps in which that is not enough are counted in the report. What is nearer than twice the
-//! thickness at rest is left alone. Self-collision costs about as much as all the rest; `self_collision = false` leaves
+//! thickness at rest is left alone. Samples of soft partners are met from either side (`facet`, `side`), so that cloth lies
+//! on leaves, which have no inside; their normals are not used. Self-collision costs about as much as all the rest; `self_collision = false` leaves
 //! it out by name.
 //!
 //! **Energy** that is stored is half of each constraint times the force that a substep would give at rest, so that what is
@@ -44,6 +45,7 @@ mod bend;
 mod cells;
 mod closest;
 mod contact;
+mod facet;
 mod lattice;
 mod model;
 mod near;
@@ -62,6 +64,7 @@ mod samples;
 mod scout;
 mod search;
 mod sheet;
+mod side;
 mod sim;
 mod stored;
 mod stretch;

@@ -16,6 +16,7 @@ use crate::proxy::Proxy;
 use crate::push::Influence;
 use crate::read::read;
 use crate::samples::{Marks, Swarm};
+use crate::side::{self, Side};
 use crate::sim::{Books, COURANT, Course, Kick, Meeting};
 
 /// The cloth solver.
@@ -37,6 +38,8 @@ struct Run {
     pool: Option<rayon::ThreadPool>,
     /// Points of triangles that meet the samples of each interface that shows some.
     lattices: Vec<Vec<Place>>,
+    /// Side of each vertex, then of each of those points, of these samples.
+    sides: Vec<Vec<Option<Side>>>,
     near: Near,
 }
 
@@ -64,9 +67,9 @@ impl Plugin for Pbd {
             .map_err(|e| PluginError::Environment(format!("{} threads: {e}", model.threads)))?;
         let foreseen = vec![None; model.sim.setting.partners.len()];
         let marks = vec![Marks::default(); model.faces.len()];
-        let lattices = vec![Vec::new(); model.faces.len()];
+        let (lattices, sides) = (vec![Vec::new(); model.faces.len()], vec![Vec::new(); model.faces.len()]);
         let (mechanical, near) = (model.mechanical(), Near::default());
-        let run = Run { model, marks, dissipated: 0.0, mechanical, foreseen, pool, lattices, near };
+        let run = Run { model, marks, dissipated: 0.0, mechanical, foreseen, pool, lattices, sides, near };
         let setup = run.setup();
         self.run = Some(run);
         Ok(setup)
@@ -83,7 +86,7 @@ impl Plugin for Pbd {
             *marks = found
                 .and_then(|p| Marks::new(&p.statics))
                 .ok_or_else(|| refused(&format!("samples of `{}` that are not there or have no mass", face.partner)))?;
-            *lattice = run.model.sim.lattice(face.body, marks.mean_width());
+            *lattice = run.model.sim.lattice(face.body, marks.mesh(0.5 * run.model.sim.setting.thickness));
         }
         Ok(())
     }
@@ -92,7 +95,9 @@ impl Plugin for Pbd {
         let run = self.run.as_mut().ok_or_else(not_set_up)?;
         let (proxies, residuals) = run.proxies(inputs)?;
         let kicks = run.kicks(inputs)?;
-        let (swarms, meetings) = swarms(&run.model, (&run.marks, &run.lattices), inputs, step.length_s)?;
+        let sides = std::mem::take(&mut run.sides);
+        let known = (&run.marks[..], &run.lattices[..], sides);
+        let (swarms, meetings) = swarms(&run.model, known, inputs, step.length_s)?;
         let before: f64 = run.mechanical.iter().sum();
         let has_wind = run.model.sim.setting.actions.iter().any(|a| matches!(a.influence, Influence::Wind(..)));
         let normals = if has_wind { run.model.all_normals() } else { Vec::new() };
@@ -101,6 +106,12 @@ impl Plugin for Pbd {
         let mut course = Course { start, length, proxies, swarms, meetings, kicks, normals, near, books };
         run.model.sim.run(&mut course, run.pool.as_ref(), pulse)?;
         run.near = std::mem::take(&mut course.near);
+        let mut sides = course.swarms.iter_mut().map(|s| std::mem::take(&mut s.sides));
+        let each = run.model.faces.iter().map(|face| match face.part {
+            Part::Samples(_) => sides.next().unwrap_or_default(),
+            _ => Vec::new(),
+        });
+        run.sides = each.collect();
         for (foreseen, proxy) in run.foreseen.iter_mut().zip(&course.proxies) {
             *foreseen = Some(proxy.twist()[0]);
         }
@@ -133,6 +144,7 @@ impl Plugin for Pbd {
             sink.vec3(foreseen.unwrap_or_default());
         }
         run.near.save(sink);
+        run.sides.iter().for_each(|sides| side::save(sides, sink));
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), PluginError> {
@@ -156,11 +168,15 @@ impl Plugin for Pbd {
         let setting = &run.model.sim.setting;
         let counts = [run.model.sim.vertices.len(), setting.walls.len(), setting.partners.len()];
         let near = Near::restore(&mut reader, counts)?;
+        let mut sides = Vec::new();
+        for (marks, lattice) in run.marks.iter().zip(&run.lattices) {
+            sides.push(side::restore(&mut reader, [counts[0] + lattice.len(), marks.len()])?);
+        }
         reader.end()?;
         for (vertex, [x, u]) in run.model.sim.vertices.iter_mut().zip(places) {
             (vertex.x, vertex.u) = (x, u);
         }
-        (run.dissipated, run.foreseen, run.near) = (dissipated, foreseen, near);
+        (run.dissipated, run.foreseen, run.near, run.sides) = (dissipated, foreseen, near, sides);
         run.mechanical = run.model.mechanical();
         Ok(())
     }
@@ -191,6 +207,11 @@ fn outputs(model: &Model, course: &Course, residuals: &[f64], energy: Energy) ->
         interfaces.push(row);
     }
     let shown = model.cloths.iter().filter(|c| c.coupled);
+    let counters = [
+        ("contacts", books.touches),
+        ("substeps beyond a thickness", books.too_fast),
+        ("points of cloth gone through samples", course.swarms.iter().map(|s| s.pierced).sum()),
+    ];
     let report = Report {
         substeps: books.substeps,
         substep_bound_by: model.bound(books.bound_by_speed),
@@ -198,8 +219,7 @@ fn outputs(model: &Model, course: &Course, residuals: &[f64], energy: Energy) ->
         external: books.driven.wrench.plus(books.held.wrench),
         energy,
         interfaces,
-        counters: [("contacts".to_owned(), books.touches), ("substeps beyond a thickness".to_owned(), books.too_fast)]
-            .into(),
+        counters: counters.map(|(name, n)| (name.to_owned(), n)).into(),
     };
     let boundaries = shown.map(|c| BoundaryOutput { body: c.name.clone(), state: model.samples(c) }).collect();
     Outputs { boundaries, impulses, report }
@@ -280,28 +300,28 @@ impl Run {
     }
 }
 
+/// Constants of partners' samples, points of triangles that meet them, and on which side each vertex and point is.
+type Known<'a> = (&'a [Marks], &'a [Vec<Place>], Vec<Vec<Option<Side>>>);
+
 /// Partners' samples, and which of them each vertex can meet in `length` \[s\].
 fn swarms<'a>(
     model: &Model,
-    (marks, lattices): (&'a [Marks], &'a [Vec<Place>]),
-    inputs: &'a Inputs,
+    (marks, lattices, sides): Known<'a>,
+    inputs: &Inputs,
     length: f64,
 ) -> Result<(Vec<Swarm<'a>>, Vec<Meeting<'a>>), PluginError> {
     let (mut swarms, mut meetings) = (Vec::new(), Vec::new());
-    for ((face, marks), lattice) in model.faces.iter().zip(marks).zip(lattices) {
+    for (((face, marks), lattice), sides) in model.faces.iter().zip(marks).zip(lattices).zip(sides) {
         let Part::Samples(surface) = face.part else { continue };
         let missing = || refused(&format!("a step without the boundary of `{}`", face.partner));
         let input = inputs.partner(face.id).ok_or_else(missing)?;
         let samples = input.samples(&face.partner, marks.len())?;
-        if samples.normal.len() != marks.len() {
-            return Err(refused(&format!("samples of `{}` without normals", face.partner)));
-        }
         let theirs = samples.velocity.iter().map(|&v| norm(v)).fold(0.0, f64::max);
         let reach = (theirs + model.sim.fastest()) * length + model.sim.setting.thickness;
         let vertices = model.sim.vertices.iter().zip(&model.sim.owner);
         let own = vertices.map(|(v, &body)| (body as usize == face.body).then_some(v.x));
         let between = lattice.iter().map(|place| Some(place.position(&model.sim.vertices)));
-        swarms.push(Swarm::new(marks, samples, input, own.chain(between), reach));
+        swarms.push(Swarm::new(marks, (samples, input), own.chain(between), reach, sides));
         meetings.push(Meeting { body: face.body, surface, lattice });
     }
     Ok((swarms, meetings))

@@ -1,8 +1,5 @@
 //! Colliders and partners: their shapes and what they do to each body.
 
-use std::sync::Arc;
-
-use cosplat_core::asset::{Asset, AssetError};
 use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{InterfaceView, ViewRole};
 use cosplat_core::scene::{Source, StaticCollider, Wall as WallKind};
@@ -11,40 +8,19 @@ use crate::contact::Surface;
 use crate::model::{Face, Part};
 use crate::read::Reader;
 use crate::sim::{Partner, Wall};
-use cosplat_core::distance::MeshSolid;
 use cosplat_core::distance::{Placed, Shape};
 
 impl Reader<'_> {
     /// Shape of a collider or partner, in its own frame or about its centre of mass.
     fn shape(&mut self, name: &str, source: &Source, about_centre: bool) -> Option<Shape> {
-        if let Some(shape) = Shape::of(source) {
-            return Some(shape);
-        }
-        let Some(asset) = self.scene.assets.get(name) else {
-            self.refused.push(format!(
-                "colliders other than planes, boxes, spheres, cylinders and closed triangle meshes (`{name}`)"
-            ));
-            return None;
+        let asset = self.scene.assets.get(name).map(AsRef::as_ref);
+        let why = match Shape::prepared(source, asset, about_centre, self.spacing) {
+            Ok(Shape::HeightField(_)) => "terrain".to_owned(),
+            Ok(shape) => return Some(shape),
+            Err(wrong) => wrong.to_string(),
         };
-        let Asset::Mesh(mesh) = asset.as_ref() else {
-            self.refused.push(format!("clouds of particles as colliders (`{name}`)"));
-            return None;
-        };
-        let origin = || if about_centre { mesh.solid().map(|s| s.centroid_m) } else { Ok([0.0; 3]) };
-        let solid = asset.check().and_then(|()| origin());
-        match solid.and_then(|origin| MeshSolid::new(mesh, origin, self.spacing)) {
-            Ok(solid) => Some(Shape::Mesh(Arc::new(solid))),
-            Err(wrong) => {
-                let hint = match wrong {
-                    AssetError::Open(_) => {
-                        "; close its holes and merge vertices at the same place, or use a box, sphere, cylinder or plane"
-                    }
-                    _ => "",
-                };
-                self.refused.push(format!("the mesh of `{name}` as a solid: {wrong}{hint}"));
-                None
-            }
-        }
+        self.refused.push(format!("the shape of `{name}` as a collider: {why}"));
+        None
     }
 
     /// A static collider.

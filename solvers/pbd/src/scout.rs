@@ -50,12 +50,13 @@ impl Scout<'_, '_> {
             *spot = place.moved(vertices, scale(normal, -step));
         }
         for (s, (swarm, meeting)) in self.course.swarms.iter().zip(&self.course.meetings).enumerate() {
-            for (k, place) in meeting.lattice.iter().enumerate().filter(|(k, _)| swarm.is_near(vertices.len() + k)) {
-                let Some((i, gap, normal)) = swarm.nearest(vertices.len() + k, place.position(vertices)) else {
-                    continue;
-                };
-                let relative = sub(place.velocity(vertices), swarm.velocity(i));
-                touches.extend(self.note(relative, *place, Cause::Sample(s, i), (gap - half, normal), meeting.surface));
+            let between =
+                swarm.points().iter().filter_map(|&p| (p as usize).checked_sub(vertices.len()).map(|k| (p, k)));
+            for (p, k) in between {
+                let (Some(side), place) = (swarm.sides[p as usize], meeting.lattice[k]) else { continue };
+                let relative = sub(place.velocity(vertices), swarm.velocity(side.sample));
+                let cause = Cause::Sample(s, side.sample);
+                touches.extend(self.note(relative, place, cause, (side.gap, side.out), meeting.surface));
             }
         }
     }
@@ -102,9 +103,9 @@ impl Scout<'_, '_> {
                 if meeting.body != body {
                     continue;
                 }
-                if let Some((i, gap, normal)) = swarm.nearest(from + k, vertex.x) {
-                    let (relative, surface) = (sub(vertex.u, swarm.velocity(i)), meeting.surface);
-                    desk.alone.extend(self.note(relative, place, Cause::Sample(s, i), (gap - half, normal), surface));
+                if let Some(side) = swarm.sides[from + k] {
+                    let (relative, cause) = (sub(vertex.u, swarm.velocity(side.sample)), Cause::Sample(s, side.sample));
+                    desk.alone.extend(self.note(relative, place, cause, (side.gap, side.out), meeting.surface));
                 }
             }
             if desk.alone.len() > alone || busy[from + k] {

@@ -321,13 +321,18 @@ impl Sim {
     }
 
     /// Parts of a substep in which contact is looked at: cloth moves less than its thickness relative to other cloth in
-    /// each, so that nothing passes unseen. Shorter substeps instead would make what a sweep leaves stiffer, and give it
-    /// energy.
+    /// each, and less than half of both thicknesses relative to samples, so that nothing passes unseen. Shorter substeps
+    /// instead would make what a sweep leaves stiffer, and give it energy.
     fn parts(&self, course: &mut Course, h: f64) -> u32 {
-        if self.mesh.friction.is_empty() {
-            return 1;
+        let thickness = self.setting.thickness;
+        let mut wanted: f64 = 1.0;
+        if !self.mesh.friction.is_empty() {
+            wanted = h * self.speeds(course).own / thickness;
         }
-        let wanted = (h * self.speeds(course).own / self.setting.thickness).ceil();
+        for swarm in course.swarms.iter().filter(|s| !s.points().is_empty()) {
+            wanted = wanted.max(h * (self.fastest() + swarm.fastest) / swarm.thinnest(0.5 * thickness));
+        }
+        let wanted = wanted.ceil();
         course.books.too_fast += u64::from(wanted > MOST_PARTS);
         wanted.clamp(1.0, MOST_PARTS) as u32
     }
@@ -347,7 +352,15 @@ impl Sim {
     fn meet(&mut self, course: &mut Course, desks: &mut [Desk], start: &[Vec3], (t, h): (f64, f64)) {
         let setting = &self.setting;
         course.proxies.iter_mut().for_each(|p| p.push(h));
-        course.swarms.iter_mut().for_each(|s| s.at(t));
+        for (swarm, meeting) in course.swarms.iter_mut().zip(&course.meetings) {
+            swarm.at(t);
+            let vertices = &self.vertices;
+            let position = |place: usize| match place.checked_sub(vertices.len()) {
+                Some(k) => meeting.lattice[k].position(vertices),
+                None => vertices[place].x,
+            };
+            swarm.look(position, 0.5 * setting.thickness, setting.parallel);
+        }
         let alone = setting.walls.is_empty() && course.proxies.is_empty() && course.swarms.is_empty();
         if alone && self.mesh.friction.is_empty() {
             return;
