@@ -43,7 +43,7 @@ pub fn surface_samples(mesh: &TriangleMesh, spacing_m: f64) -> Result<SurfaceSam
         return Err(MeshError::whole(Fault::Spacing, what, "use a larger spacing, or check `metres_per_unit`"));
     }
     let count = (wanted as usize).max(4);
-    let (points, normals) = candidates(mesh, &areas, total, CANDIDATES * count);
+    let (points, normals) = candidates(mesh, &areas, CANDIDATES * count, &mut Random::new(SEED));
     let kept = thin(&points, &normals, total, count);
     let area_m2 = shares(&points, &normals, &kept, total);
     Ok(SurfaceSamples {
@@ -54,13 +54,13 @@ pub fn surface_samples(mesh: &TriangleMesh, spacing_m: f64) -> Result<SurfaceSam
 }
 
 /// Points in equal shares of the area, and the normals of their triangles.
-fn candidates(
+pub(crate) fn candidates(
     mesh: &TriangleMesh,
     areas: &[Vector3<f64>],
-    total: f64,
     count: usize,
+    random: &mut Random,
 ) -> (Vec<Vector3<f64>>, Vec<Vector3<f64>>) {
-    let mut random = Random::new(SEED);
+    let total: f64 = areas.iter().map(Vector3::norm).sum();
     let (mut points, mut normals) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let (mut triangle, mut passed) = (0, 0.0);
     for k in 0..count {

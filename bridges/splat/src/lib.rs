@@ -10,6 +10,7 @@
 
 pub mod bind;
 pub mod clean;
+pub mod close;
 pub mod components;
 pub mod error;
 pub mod fill;

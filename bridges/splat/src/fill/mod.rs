@@ -26,6 +26,7 @@ use crate::grid::Grid;
 use crate::splats::Splats;
 
 use surface::Surface;
+pub(crate) use surface::plane;
 use voxels::Voxels;
 use winding::Winding;
 

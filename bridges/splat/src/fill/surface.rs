@@ -110,7 +110,7 @@ fn kept<T>(values: Vec<T>, stays: &[bool]) -> Vec<T> {
 
 /// Normal and area of a point from its neighbours: the direction in which they spread least, and π r² / (k − ½) with r
 /// the distance of the k-th.
-fn plane(points: &[[f32; 3]], found: &[(f64, u32)]) -> (Vector3<f64>, f64) {
+pub(crate) fn plane(points: &[[f32; 3]], found: &[(f64, u32)]) -> (Vector3<f64>, f64) {
     let near: Vec<Vector3<f64>> = found.iter().map(|n| wide(points[n.1 as usize])).collect();
     let mean = near.iter().sum::<Vector3<f64>>() / near.len() as f64;
     let spread: Matrix3<f64> = near.iter().map(|p| (p - mean) * (p - mean).transpose()).sum();

@@ -2,6 +2,7 @@
 
 mod compare;
 mod convert;
+mod densify;
 mod fill;
 mod guess;
 mod info;
@@ -32,6 +33,7 @@ Examples:
   cosplat splat clean capture.ply clean.ply --needles 30 --floaters 20
   cosplat splat select capture.ply object.ply --largest
   cosplat splat fill capture.spz --compare fill.png --metres-per-unit 0.465
+  cosplat splat densify capture.ply closed.ply --mesh ground.obj --depth 5
   cosplat splat compare capture.ply capture.spz";
 
 /// Largest file that is read: larger captures do not fit into memory with what is made of them.
@@ -61,6 +63,8 @@ pub(crate) enum SplatCommand {
     Select(select::SelectArgs),
     /// Fill a capture with particles in three ways, and say and draw how they differ
     Fill(fill::FillArgs),
+    /// Close the holes of a captured environment with transparent Gaussians, and write its surface as a mesh
+    Densify(densify::DensifyArgs),
     /// Say how two splat files differ, or a splat file and a picture
     Compare(compare::CompareArgs),
 }
@@ -75,6 +79,7 @@ impl SplatArgs {
             SplatCommand::Clean(args) => args.format,
             SplatCommand::Select(args) => args.format,
             SplatCommand::Fill(args) => args.format,
+            SplatCommand::Densify(args) => args.format,
             SplatCommand::Compare(args) => args.format,
         }
     }
@@ -92,6 +97,7 @@ pub(crate) fn splat(args: &SplatArgs) -> Result<Code, Error> {
         SplatCommand::Clean(args) => select::clean(args),
         SplatCommand::Select(args) => select::select(args),
         SplatCommand::Fill(args) => fill::fill(args),
+        SplatCommand::Densify(args) => densify::densify(args),
         SplatCommand::Compare(args) => compare::compare(args),
     }
 }

@@ -1,0 +1,125 @@
+//! Points with normals that agree about which side is free.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BinaryHeap};
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use crate::fill::plane;
+use crate::grid::Grid;
+use crate::linalg::wide;
+use crate::splats::Splats;
+
+/// Neighbours from which normal and area come, the point itself among them.
+const NEIGHBOURS: usize = 17;
+/// Of a lattice of points the eighth neighbour is √2 apart; thinned points are nearer than the cells are wide.
+const EIGHTH: usize = 9;
+/// Cells are too fine for points whose eighth neighbour is farther than this many of them.
+const SPARSE: f64 = 2.0;
+/// Cells grow by this.
+const COARSER: f64 = 1.2;
+/// And not more often than this.
+const TRIES: usize = 24;
+
+/// A point of a surface, the direction of its free side and the area that it stands for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Oriented {
+    pub(super) place: Vector3<f64>,
+    pub(super) normal: Vector3<f64>,
+    pub(super) area: f64,
+}
+
+/// Indices of the Gaussians that are the surface: finite and opaque.
+pub(super) fn opaque(splats: &Splats, opacity: f64) -> Vec<[f32; 3]> {
+    let solid = |&i: &usize| splats.opacity(i) >= opacity && splats.positions[i].iter().all(|v| v.is_finite());
+    (0..splats.len()).filter(solid).map(|i| splats.positions[i]).collect()
+}
+
+/// One point a cell, the mean of those in it, in the order of the cells; the cells are as fine as asked, or as the points
+/// are dense. Returns the edge of the cells too.
+pub(super) fn representatives(points: &[[f32; 3]], finest: f64) -> (Vec<[f32; 3]>, f64) {
+    let mut cell = finest;
+    for _ in 0..TRIES {
+        let means = means(points, cell);
+        if eighth(&means) <= SPARSE * cell {
+            return (means, cell);
+        }
+        cell *= COARSER;
+    }
+    (means(points, cell), cell)
+}
+
+fn means(points: &[[f32; 3]], cell: f64) -> Vec<[f32; 3]> {
+    let mut cells: BTreeMap<[i64; 3], (Vector3<f64>, f64)> = BTreeMap::new();
+    for p in points {
+        let key = [2, 1, 0].map(|k| (f64::from(p[k]) / cell).floor() as i64);
+        let sum = cells.entry(key).or_insert((Vector3::zeros(), 0.0));
+        *sum = (sum.0 + wide(*p), sum.1 + 1.0);
+    }
+    cells.values().map(|(sum, n)| (sum / *n).map(|v| v as f32).into()).collect()
+}
+
+/// Median distance of the eighth neighbour.
+fn eighth(points: &[[f32; 3]]) -> f64 {
+    let grid = Grid::new(points);
+    // The median of some thousand is known well enough.
+    let some: Vec<&[f32; 3]> = points.iter().step_by((points.len() / 4000).max(1)).collect();
+    let distance = |found: &mut Vec<_>, p: &&[f32; 3]| {
+        grid.nearest(wide(**p), EIGHTH, found);
+        found.last().map_or(0.0, |n: &(f64, u32)| n.0.sqrt())
+    };
+    let mut all: Vec<f64> = some.par_iter().map_init(Vec::new, distance).collect();
+    all.sort_by(f64::total_cmp);
+    all.get(all.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Normals by the neighbours of each point, turned so that neighbours agree: along a minimal spanning tree of the graph of
+/// neighbours, in which an edge costs 1 − |n·n′| (Hoppe et al. 1992), from the point that is farthest along `up`, whose
+/// normal is turned along `up`. What no edge reaches begins anew in the same way.
+pub(super) fn oriented(points: &[[f32; 3]], up: Vector3<f64>) -> Vec<Oriented> {
+    let grid = Grid::new(points);
+    let of = |found: &mut Vec<(f64, u32)>, p: &[f32; 3]| {
+        grid.nearest(wide(*p), NEIGHBOURS, found);
+        let (normal, area) = plane(points, found);
+        (Oriented { place: wide(*p), normal, area }, found.iter().map(|n| n.1).collect::<Vec<u32>>())
+    };
+    let (mut all, mut near): (Vec<Oriented>, Vec<Vec<u32>>) = points.par_iter().map_init(Vec::new, of).unzip();
+    // Neighbourhood both ways, so that the tree does not depend on where it begins more than it must.
+    for i in 0..near.len() {
+        for j in near[i].clone() {
+            if !near[j as usize].contains(&(i as u32)) {
+                near[j as usize].push(i as u32);
+            }
+        }
+    }
+    let mut order: Vec<u32> = (0..all.len() as u32).collect();
+    let height = |i: &u32| all[*i as usize].place.dot(&up);
+    order.sort_by(|a, b| height(b).total_cmp(&height(a)).then(a.cmp(b)));
+    let mut done = vec![false; all.len()];
+    let mut open: BinaryHeap<Reverse<(u64, u32, u32)>> = BinaryHeap::new();
+    for first in order {
+        if done[first as usize] {
+            continue;
+        }
+        if all[first as usize].normal.dot(&up) < 0.0 {
+            all[first as usize].normal *= -1.0;
+        }
+        open.push(Reverse((0, first, first)));
+        while let Some(Reverse((_, i, from))) = open.pop() {
+            if std::mem::replace(&mut done[i as usize], true) {
+                continue;
+            }
+            if all[i as usize].normal.dot(&all[from as usize].normal) < 0.0 {
+                all[i as usize].normal *= -1.0;
+            }
+            let own = all[i as usize].normal;
+            for &j in near[i as usize].iter().filter(|j| !done[**j as usize]) {
+                let cost = 1.0 - own.dot(&all[j as usize].normal).abs().min(1.0);
+                // Bits of numbers that are not negative are ordered as the numbers are.
+                open.push(Reverse((cost.to_bits(), j, i)));
+            }
+        }
+    }
+    all
+}
