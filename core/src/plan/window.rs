@@ -22,6 +22,9 @@ const PROXY_SUBSTEPS: f64 = 20.0;
 /// Part of the lagged-exchange limit of a liquid against a light responder.
 const LIQUID: f64 = 0.5;
 
+/// A window this many times too long is one that was rounded when it was written down.
+const FORGIVEN: f64 = 1.0 + 1e-3;
+
 /// A bound on the window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Term {
@@ -164,6 +167,17 @@ pub fn choose(scene: &Scene, interfaces: &[Interface]) -> Result<(Clock, String)
     }
     if scenes.is_too_short() {
         return Err(scenes.refusal("choose a longer one"));
+    }
+    let asked = scene.clock.window_s.filter(|_| scene.clock.exact_window);
+    if let Some((window_s, term)) = asked.zip(contact.as_ref()).filter(|(asked, term)| *asked > FORGIVEN * term.seconds)
+    {
+        return Err(format!(
+            "a coupling window of {window_s:.2e} s is {:.1} times what stays bounded, {:.2e} s ({}); choose a shorter \
+             `clock.window`, or leave `clock.exact_window` away and let the plan choose",
+            window_s / term.seconds,
+            term.seconds,
+            term.why
+        ));
     }
     let bound = contact.into_iter().fold(scenes, shorter);
     Ok((clock(scene.clock.duration_s, scene.clock.frames_per_second, bound.seconds), bound.why))

@@ -57,6 +57,8 @@ pub struct ClockSpec {
     pub duration_s: f64,
     /// Largest coupling window \[s\]; the plan may take a smaller one and says why.
     pub window_s: Option<f64>,
+    /// Whether the scene is refused where the plan would take a smaller window for an interface's sake.
+    pub exact_window: bool,
     /// Output frames per simulated second; frame times are multiples of the window.
     pub frames_per_second: Option<f64>,
     /// Scheme of all contact interfaces.

@@ -136,6 +136,7 @@ fn read_scene(root: &Fields<'_>) -> Option<Scene> {
 const STAND_IN_CLOCK: ClockSpec = ClockSpec {
     duration_s: f64::NAN,
     window_s: None,
+    exact_window: false,
     frames_per_second: None,
     contact_scheme: Scheme::Serial,
     link_scheme: Scheme::Alternating,

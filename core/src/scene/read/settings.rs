@@ -29,6 +29,7 @@ pub(super) fn clock(root: &Fields<'_>) -> Option<ClockSpec> {
         ClockSpec {
             duration_s,
             window_s: fields.opt("window", |at| window(&at, duration_s)),
+            exact_window: exact_window(fields),
             frames_per_second: fields.opt("fps", |at| at.num(Limits::positive("frames/s"))),
             contact_scheme: fields.or("contact_scheme", Scheme::Serial, |at| contact_scheme(&at)),
             link_scheme: fields
@@ -66,6 +67,17 @@ fn window(at: &At<'_>, duration_s: f64) -> f64 {
         at.error(message, None);
     }
     window_s
+}
+
+fn exact_window(fields: &Fields<'_>) -> bool {
+    fields.or("exact_window", false, |at| {
+        let exact = at.flag();
+        if exact && !fields.has("window") {
+            let help = "add `window`, for example `window = 0.001`".to_owned();
+            at.error("there is no window that could be kept".to_owned(), Some(help));
+        }
+        exact
+    })
 }
 
 fn contact_scheme(at: &At<'_>) -> Scheme {

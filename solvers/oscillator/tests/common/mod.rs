@@ -18,6 +18,7 @@ pub(crate) fn scene(duration_s: f64, window_s: f64, scheme: Scheme, rule: Motion
         clock: ClockSpec {
             duration_s,
             window_s: Some(window_s),
+            exact_window: false,
             frames_per_second: None,
             contact_scheme: Scheme::Serial,
             link_scheme: scheme,
