@@ -15,15 +15,23 @@ use crate::render::{Paint, problem_of};
 pub(crate) const DEFAULT: &str = "plant-and-rock";
 
 /// Scenes inside this program, by name.
-const BUILT_IN: [(&str, &str); 9] = [
+const BUILT_IN: [(&str, &str); 17] = [
     ("ball-on-block", include_str!("../scenes/ball-on-block.toml")),
     ("ball-on-cloth", include_str!("../scenes/ball-on-cloth.toml")),
     ("dam-and-raft", include_str!("../scenes/dam-and-raft.toml")),
+    ("dam-break", include_str!("../scenes/dam-break.toml")),
     ("flag-in-wind", include_str!("../scenes/flag-in-wind.toml")),
+    ("impacts", include_str!("../scenes/impacts.toml")),
     ("mud-over-block", include_str!("../scenes/mud-over-block.toml")),
+    ("mud-over-plant", include_str!("../scenes/mud-over-plant.toml")),
+    ("mudslide", include_str!("../scenes/mudslide.toml")),
     ("oscillator", include_str!("../scenes/oscillator.toml")),
     ("plant-and-rock", include_str!("../scenes/plant-and-rock.toml")),
     ("silk-over-rock", include_str!("../scenes/silk-over-rock.toml")),
+    ("stage-1", include_str!("../scenes/stage-1.toml")),
+    ("stage-2", include_str!("../scenes/stage-2.toml")),
+    ("stage-3", include_str!("../scenes/stage-3.toml")),
+    ("stage-4", include_str!("../scenes/stage-4.toml")),
     ("two-tops", include_str!("../scenes/two-tops.toml")),
 ];
 

@@ -7,9 +7,18 @@ use std::path::{Path, PathBuf};
 use crate::scene_source::Source;
 
 /// Assets inside this program, by the name that built-in scenes use.
-const BUILT_IN: [(&str, &[u8]); 2] = [
+const BUILT_IN: [(&str, &[u8]); 11] = [
     ("assets/plant.v4.spz", include_bytes!("../../scenes/assets/plant.v4.spz")),
     ("assets/chrono_rock1.obj", include_bytes!("../../scenes/assets/chrono_rock1.obj")),
+    ("assets/brown-rock.obj", include_bytes!("../../scenes/assets/brown-rock.obj")),
+    ("assets/can.obj", include_bytes!("../../scenes/assets/can.obj")),
+    ("assets/car.obj", include_bytes!("../../scenes/assets/car.obj")),
+    ("assets/duck.obj", include_bytes!("../../scenes/assets/duck.obj")),
+    ("assets/gray-rock.obj", include_bytes!("../../scenes/assets/gray-rock.obj")),
+    ("assets/gully.obj", include_bytes!("../../scenes/assets/gully.obj")),
+    ("assets/log.obj", include_bytes!("../../scenes/assets/log.obj")),
+    ("assets/lunch-bag.obj", include_bytes!("../../scenes/assets/lunch-bag.obj")),
+    ("assets/plushie.obj", include_bytes!("../../scenes/assets/plushie.obj")),
 ];
 
 /// Largest file that is read: larger captures do not fit into memory with what is made of them.

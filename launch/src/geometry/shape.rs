@@ -13,7 +13,7 @@ use crate::frames::Look;
 
 /// Samples of a surface that is drawn, about: enough for a smooth outline, few enough to be redrawn at every frame.
 const SAMPLES: f64 = 6000.0;
-/// The same for planes, which never move and are large.
+/// The same for planes and terrain, which never move and are large.
 const PLANE_SAMPLES: f64 = 16_000.0;
 /// By what part samples of a plain surface differ in brightness, so that it is seen to turn.
 const GRAIN: f64 = 0.35;
@@ -29,7 +29,8 @@ impl Maker<'_> {
     /// A mesh that keeps its shape.
     pub(super) fn rigid_mesh(&self, source: &Source, spacing: Option<f64>, colour: [f64; 3]) -> Result<Made, String> {
         let prepared = self.mesh(source)?;
-        let look = if self.draws { Some(surface(&prepared.mesh, spacing, colour, GRAIN, SAMPLES)?) } else { None };
+        let count = if matches!(source, Source::HeightField { .. }) { PLANE_SAMPLES } else { SAMPLES };
+        let look = if self.draws { Some(surface(&prepared.mesh, spacing, colour, GRAIN, count)?) } else { None };
         Ok(Made { asset: Some(Asset::Mesh(prepared.mesh)), look, notes: notes(&prepared.report) })
     }
 
