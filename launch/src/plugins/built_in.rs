@@ -6,7 +6,7 @@ use cosplat_core::plugin::Plugin;
 type Make = fn() -> Box<dyn Plugin>;
 
 /// Plugins by name.
-const PLUGINS: [(&str, Make); 8] = [
+const PLUGINS: [(&str, Make); 9] = [
     ("mpm", || Box::new(cosplat_mpm::Mpm::<f32>::default())),
     ("mpm-f64", || Box::new(cosplat_mpm::Mpm::<f64>::default())),
     ("oscillator", || Box::new(cosplat_oscillator::Oscillator::default())),
@@ -14,6 +14,7 @@ const PLUGINS: [(&str, Make); 8] = [
     ("rigid", || Box::new(cosplat_rigid::Rigid::default())),
     ("rigid-lite", || Box::new(cosplat_rigid_lite::RigidLite::default())),
     ("shape-matching", || Box::new(cosplat_shape_matching::ShapeMatching::default())),
+    ("smoke", || Box::new(cosplat_smoke::Smoke::default())),
     ("sph", || Box::new(cosplat_sph::Sph::default())),
 ];
 

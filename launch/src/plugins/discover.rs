@@ -191,7 +191,7 @@ mod tests {
         let names: Vec<String> = places.all().unwrap().into_iter().map(|(c, _)| c.name).collect();
         assert_eq!(
             names,
-            ["mpm", "mpm-f64", "oscillator", "pbd", "rigid", "rigid-lite", "shape-matching", "sph", "mud"]
+            ["mpm", "mpm-f64", "oscillator", "pbd", "rigid", "rigid-lite", "shape-matching", "smoke", "sph", "mud"]
         );
     }
 
