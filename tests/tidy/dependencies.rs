@@ -16,8 +16,8 @@ const HEAVY_FOR_SOLVERS: [&str; 4] = ["zenoh", "tokio", "wgpu", "rerun"];
 /// Below `solvers/` but no solver library: the example of a foreign plugin is a program and speaks on the bus.
 const NO_SOLVER_LIBRARY: [&str; 1] = ["cosplat-dummy"];
 /// Packages that one crate alone may name, so that they can be replaced in one place.
-const SOLE_USERS: [(&str, &str); 3] =
-    [("zenoh", "cosplat-bus"), ("rerun", "cosplat-viewer"), ("rapier3d", "cosplat-rigid")];
+const SOLE_USERS: [(&str, &str); 4] =
+    [("zenoh", "cosplat-bus"), ("rerun", "cosplat-viewer"), ("wgpu", "cosplat-viewer"), ("rapier3d", "cosplat-rigid")];
 
 /// Packages that a crate of ours names and that are there in other versions too: which ones, and why that stays.
 const DUPLICATES: [(&str, &[&str], &str); 3] = [

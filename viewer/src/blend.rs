@@ -1,13 +1,14 @@
 //! Front to back over one tile.
 
+use crate::beside::Beside;
 use crate::exp::exp_negative;
 use crate::project::{CUT, Ellipse};
-use crate::tiles::TILE;
+use crate::tiles::{TILE, Tiles};
 
 /// Pixels that are computed together.
-const LANES: usize = 4;
+pub(crate) const LANES: usize = 4;
 /// Lane groups of a tile's row.
-const GROUPS: usize = TILE / LANES;
+pub(crate) const GROUPS: usize = TILE / LANES;
 /// No single Gaussian hides more than this.
 const CAP: f32 = 0.99;
 /// A pixel through which less than this would shine is finished.
@@ -24,45 +25,39 @@ struct Row {
     constant: f32,
 }
 
-type Plane = [[f32; LANES]; TILE * GROUPS];
+pub(crate) type Plane = [[f32; LANES]; TILE * GROUPS];
+
+/// A value of a plane at a pixel of the tile.
+pub(crate) fn at(plane: &Plane, column: usize, row: usize) -> f32 {
+    plane[row * GROUPS + column / LANES][column % LANES]
+}
 
 /// What a tile has gathered.
-pub(crate) struct Tile {
+pub(crate) struct Tile<B> {
     /// Light that still comes through.
     pub(crate) through: Plane,
     pub(crate) red: Plane,
     pub(crate) green: Plane,
     pub(crate) blue: Plane,
-    /// Σ weight · depth.
-    pub(crate) depth: Plane,
+    /// What is gathered beside colours.
+    pub(crate) beside: B,
     /// [`CAP`] while a pixel is open, 0 when it is finished.
     cap: Plane,
 }
 
-impl Tile {
-    pub(crate) fn new() -> Tile {
+impl<B: Beside> Tile<B> {
+    pub(crate) fn new() -> Tile<B> {
         let zero = [[0.0; LANES]; TILE * GROUPS];
         let of = |v: f32| [[v; LANES]; TILE * GROUPS];
-        Tile { through: of(1.0), red: zero, green: zero, blue: zero, depth: zero, cap: of(CAP) }
-    }
-
-    /// A value of a plane at a pixel of the tile.
-    pub(crate) fn at(plane: &Plane, column: usize, row: usize) -> f32 {
-        plane[row * GROUPS + column / LANES][column % LANES]
+        Tile { through: of(1.0), red: zero, green: zero, blue: zero, beside: B::new(), cap: of(CAP) }
     }
 
     /// Adds the ellipses of a list; `left` and `top` are the first pixel of the tile.
-    pub(crate) fn add<const DEPTH: bool>(
-        &mut self,
-        list: &[u32],
-        ellipses: &[Ellipse],
-        left: usize,
-        top: usize,
-        floor: f32,
-    ) {
+    pub(crate) fn add(&mut self, list: &[u32], tiles: &Tiles<B::Feature>, left: usize, top: usize, floor: f32) {
         for some in list.chunks(LOOK) {
             for &i in some {
-                self.add_one::<DEPTH>(&ellipses[i as usize], left, top, floor);
+                let (ellipse, feature) = (&tiles.ellipses[i as usize], &tiles.features[i as usize]);
+                self.add_one(ellipse, feature, left, top, floor);
             }
             if self.cap.iter().flatten().all(|&cap| cap == 0.0) {
                 return;
@@ -70,7 +65,7 @@ impl Tile {
         }
     }
 
-    fn add_one<const DEPTH: bool>(&mut self, e: &Ellipse, left: usize, top: usize, floor: f32) {
+    fn add_one(&mut self, e: &Ellipse, feature: &B::Feature, left: usize, top: usize, floor: f32) {
         let (first, end) =
             (usize::from(e.columns[0]).max(left) - left, usize::from(e.columns[1]).min(left + TILE) - left);
         let rows = usize::from(e.rows[0]).max(top)..usize::from(e.rows[1]).min(top + TILE);
@@ -95,15 +90,16 @@ impl Tile {
             for group in from / LANES..=(to - 1) / LANES {
                 let at = (row - top) * GROUPS + group;
                 if self.cap[at].iter().any(|&cap| cap > 0.0) {
-                    self.add_group::<DEPTH>(at, e, &row_of, x - (group * LANES) as f32, floor);
+                    let weight = self.add_group(at, e, &row_of, x - (group * LANES) as f32, floor);
+                    self.beside.add(at, weight, e, feature);
                 }
             }
         }
     }
 
-    /// One row of lanes; `x` is the centre of the ellipse from that of the first lane.
+    /// One row of lanes, and the weights in it; `x` is the centre of the ellipse from that of the first lane.
     #[inline]
-    fn add_group<const DEPTH: bool>(&mut self, at: usize, e: &Ellipse, row: &Row, x: f32, floor: f32) {
+    fn add_group(&mut self, at: usize, e: &Ellipse, row: &Row, x: f32, floor: f32) -> [f32; LANES] {
         let cut = CUT as f32;
         let (before, cap) = (self.through[at], self.cap[at]);
         // Whole rows are made and stored: conditional stores would not be vectorised.
@@ -128,10 +124,6 @@ impl Tile {
                 *p += w * value;
             }
         }
-        if DEPTH {
-            for (p, w) in self.depth[at].iter_mut().zip(weight) {
-                *p += w * e.depth;
-            }
-        }
+        weight
     }
 }

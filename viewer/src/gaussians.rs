@@ -12,6 +12,12 @@ pub struct LengthError {
     count: usize,
 }
 
+impl LengthError {
+    pub(crate) fn new(array: &'static str, has: usize, needs: usize, count: usize) -> LengthError {
+        LengthError { array, has, needs, count }
+    }
+}
+
 /// Gaussians as structure of arrays, with the numbers of an INRIA `.ply`.
 ///
 /// Lengths in the unit of the scene; several sets are drawn together as one, sorted among each other.

@@ -15,12 +15,6 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// A black picture.
-    pub(crate) fn new(width: usize, height: usize, depth: bool) -> Picture {
-        let depth = if depth { vec![f32::INFINITY; width * height] } else { Vec::new() };
-        Picture { width, height, rgba: vec![[0.0; 4]; width * height], depth }
-    }
-
     /// Red, green, blue as bytes: round(255 · value), cut to 0 to 255. The values are display values already, so no
     /// curve is applied.
     pub fn to_srgb8(&self) -> Vec<u8> {

@@ -56,6 +56,19 @@ pub fn encode(sink: impl Write, picture: &Picture) -> Result<(), png::EncodingEr
     writer.finish()
 }
 
+/// Encodes numbers of 16 bits, one a pixel, or red, green and blue.
+pub(crate) fn encode_words(size: [u32; 2], is_colour: bool, words: &[u16]) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
+    encoder.set_color(if is_colour { png::ColorType::Rgb } else { png::ColorType::Grayscale });
+    encoder.set_depth(png::BitDepth::Sixteen);
+    let mut writer = encoder.write_header()?;
+    let data: Vec<u8> = words.iter().flat_map(|w| w.to_be_bytes()).collect();
+    writer.write_image_data(&data)?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
 /// Reads a picture: width, height, and red, green, blue from 0 to 1. An opacity is dropped.
 ///
 /// # Errors

@@ -2,8 +2,10 @@
 
 use rayon::prelude::*;
 
+use crate::beside::{Beside, Origin};
 use crate::camera::View;
 use crate::gaussians::Gaussians;
+use crate::layers::Next;
 use crate::render::Options;
 use crate::sh::colour;
 
@@ -33,26 +35,43 @@ pub(crate) struct Ellipse {
     pub(crate) rows: [u16; 2],
 }
 
-/// Every visible ellipse, in the order of the Gaussians.
-pub(crate) fn project(sets: &[Gaussians<'_>], view: &View, options: &Options) -> Vec<Ellipse> {
-    let mut all = Vec::new();
-    for set in sets {
+/// Every visible ellipse, in the order of the Gaussians, and what is gathered beside their colours.
+pub(crate) fn project<B: Beside>(
+    sets: &[Gaussians<'_>],
+    view: &View,
+    options: &Options,
+    next: Option<&Next<'_>>,
+) -> (Vec<Ellipse>, Vec<B::Feature>) {
+    let (mut all, mut features) = (Vec::new(), Vec::new());
+    for (object, set) in sets.iter().enumerate() {
+        let next = next.map(|next| (next.positions[object], &next.view));
         let starts: Vec<usize> = (0..set.positions.len()).step_by(CHUNK).collect();
         let in_chunk = |&start: &usize| {
             let end = set.positions.len().min(start + CHUNK);
-            (start..end).filter_map(|i| ellipse(set, i, view, options)).collect::<Vec<_>>()
+            let one = |index| {
+                let ellipse = ellipse(set, index, view, options)?;
+                let origin = Origin { object: object as u32, set, index, view, next, near: options.near };
+                Some((ellipse, B::feature(&origin)))
+            };
+            (start..end).filter_map(one).collect::<(Vec<_>, Vec<_>)>()
         };
-        let chunks: Vec<Vec<Ellipse>> = starts.par_iter().map(in_chunk).collect();
-        all.reserve(chunks.iter().map(Vec::len).sum());
-        for chunk in &chunks {
-            all.extend_from_slice(chunk);
+        let chunks: Vec<(Vec<Ellipse>, Vec<B::Feature>)> = starts.par_iter().map(in_chunk).collect();
+        all.reserve(chunks.iter().map(|(ellipses, _)| ellipses.len()).sum());
+        for (ellipses, beside) in &chunks {
+            all.extend_from_slice(ellipses);
+            features.extend_from_slice(beside);
         }
     }
-    all
+    (all, features)
+}
+
+/// Where a point in camera axes is in the picture, in pixels.
+pub(crate) fn in_picture(view: &View, [x, y, z]: [f64; 3]) -> [f64; 2] {
+    [view.focal * x / z + view.width as f64 / 2.0, view.focal * y / z + view.height as f64 / 2.0]
 }
 
 /// Rotation matrix of a quaternion w, x, y, z of any length.
-fn rotation(q: [f32; 4]) -> [[f64; 3]; 3] {
+pub(crate) fn rotation(q: [f32; 4]) -> [[f64; 3]; 3] {
     let [w, x, y, z] = q.map(f64::from);
     let norm = w * w + x * x + y * y + z * z;
     if norm <= 0.0 || !norm.is_finite() {
@@ -99,7 +118,7 @@ fn ellipse(set: &Gaussians<'_>, i: usize, view: &View, options: &Options) -> Opt
     if !(det > 0.0 && det.is_finite() && reach > 0.0) {
         return None;
     }
-    let (x, y) = (focal * tx / tz + width / 2.0, focal * ty / tz + height / 2.0);
+    let [x, y] = in_picture(view, [tx, ty, tz]);
     let columns = pixels(x, (reach * xx).sqrt(), width)?;
     let rows = pixels(y, (reach * yy).sqrt(), height)?;
     let from_camera = [0, 1, 2].map(|k| f64::from(set.positions[i][k]) - view.eye[k]);

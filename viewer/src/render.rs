@@ -2,9 +2,11 @@
 
 use rayon::prelude::*;
 
-use crate::blend::Tile;
+use crate::beside::{Beside, Depths, Everything, Nothing};
+use crate::blend::{Tile, at};
 use crate::camera::View;
-use crate::gaussians::Gaussians;
+use crate::gaussians::{Gaussians, LengthError};
+use crate::layers::{Layers, Next};
 use crate::picture::Picture;
 use crate::project::project;
 use crate::tiles::{TILE, Tiles};
@@ -52,50 +54,79 @@ impl Options {
 /// A set for which [`Gaussians::check`] fails.
 pub fn render(sets: &[Gaussians<'_>], view: &View, options: &Options) -> Picture {
     let (width, height) = (view.width, view.height);
-    let visible = project(sets, view, options);
-    let tiles = Tiles::new(&visible, width, height);
-    let mut picture = Picture::new(width, height, options.depth);
-    let band = width * TILE;
     if options.depth {
-        let bands = picture.rgba.par_chunks_mut(band).zip(picture.depth.par_chunks_mut(band)).enumerate();
-        bands.for_each(|(row, (rgba, depth))| draw_band::<true>(&tiles, row, width, options, rgba, depth));
+        let (rgba, depth) = draw::<Depths>(sets, view, options, None);
+        Picture { width, height, rgba, depth }
     } else {
-        let bands = picture.rgba.par_chunks_mut(band).enumerate();
-        bands.for_each(|(row, rgba)| draw_band::<false>(&tiles, row, width, options, rgba, &mut []));
+        Picture { width, height, rgba: draw::<Nothing>(sets, view, options, None).0, depth: Vec::new() }
     }
-    picture
+}
+
+/// Draws all sets as [`render`] does, and all that is known about each pixel beside its colour; the flow to a next
+/// moment, if there is one. Depths are made whatever the options say.
+///
+/// # Errors
+/// The next moment is not one of these sets.
+///
+/// # Panics
+/// A set for which [`Gaussians::check`] fails.
+pub fn render_layers(
+    sets: &[Gaussians<'_>],
+    view: &View,
+    options: &Options,
+    next: Option<&Next<'_>>,
+) -> Result<Layers, LengthError> {
+    if let Some(next) = next {
+        next.check(sets)?;
+    }
+    let (rgba, pixels) = draw::<Everything>(sets, view, options, next);
+    Ok(Layers::new(view, rgba, &pixels, next.is_some()))
+}
+
+/// Colours, and what is gathered beside them.
+fn draw<B: Beside>(
+    sets: &[Gaussians<'_>],
+    view: &View,
+    options: &Options,
+    next: Option<&Next<'_>>,
+) -> (Vec<[f32; 4]>, Vec<B::Pixel>) {
+    let (width, height) = (view.width, view.height);
+    let (visible, features) = project::<B>(sets, view, options, next);
+    let tiles = Tiles::new(&visible, &features, width, height);
+    let mut rgba = vec![[0.0; 4]; width * height];
+    let mut beside = vec![B::NOTHING; width * height];
+    let band = width * TILE;
+    let bands = rgba.par_chunks_mut(band).zip(beside.par_chunks_mut(band)).enumerate();
+    bands.for_each(|(row, (rgba, beside))| draw_band::<B>(&tiles, row, width, options, rgba, beside));
+    (rgba, beside)
 }
 
 /// One row of tiles.
-fn draw_band<const DEPTH: bool>(
-    tiles: &Tiles,
+fn draw_band<B: Beside>(
+    tiles: &Tiles<B::Feature>,
     row: usize,
     width: usize,
     options: &Options,
     rgba: &mut [[f32; 4]],
-    depth: &mut [f32],
+    beside: &mut [B::Pixel],
 ) {
     let lines = rgba.len() / width;
     let [red, green, blue] = options.background;
     for column in 0..width.div_ceil(TILE) {
-        let mut tile = Tile::new();
+        let mut tile = Tile::<B>::new();
         let left = column * TILE;
-        tile.add::<DEPTH>(tiles.of(column, row), &tiles.ellipses, left, row * TILE, options.kernel_floor as f32);
+        tile.add(tiles.of(column, row), tiles, left, row * TILE, options.kernel_floor as f32);
         for y in 0..lines {
             for x in 0..TILE.min(width - left) {
-                let through = Tile::at(&tile.through, x, y);
-                let at = y * width + left + x;
-                rgba[at] = [
-                    Tile::at(&tile.red, x, y) + through * red,
-                    Tile::at(&tile.green, x, y) + through * green,
-                    Tile::at(&tile.blue, x, y) + through * blue,
+                let through = at(&tile.through, x, y);
+                let place = y * width + left + x;
+                rgba[place] = [
+                    at(&tile.red, x, y) + through * red,
+                    at(&tile.green, x, y) + through * green,
+                    at(&tile.blue, x, y) + through * blue,
                     1.0 - through,
                 ];
-                if DEPTH {
-                    let hidden = 1.0 - through;
-                    let sum = Tile::at(&tile.depth, x, y);
-                    depth[at] = if hidden > 0.0 { sum / hidden } else { f32::INFINITY };
-                }
+                beside[place] = tile.beside.pixel(x, y, through);
             }
         }
     }

@@ -8,9 +8,11 @@ use crate::project::Ellipse;
 pub(crate) const TILE: usize = 16;
 
 /// Ellipses by depth and, for every tile, the range of its list.
-pub(crate) struct Tiles {
+pub(crate) struct Tiles<F> {
     /// Nearest first; equal depths in the order of the Gaussians.
     pub(crate) ellipses: Vec<Ellipse>,
+    /// What is gathered beside their colours, in the same order.
+    pub(crate) features: Vec<F>,
     /// Indices into `ellipses`, ascending within a tile.
     lists: Vec<u32>,
     /// Start of each tile's list, and the end of the last.
@@ -18,14 +20,15 @@ pub(crate) struct Tiles {
     across: usize,
 }
 
-impl Tiles {
+impl<F: Copy + Send + Sync> Tiles<F> {
     /// Sorts and bins.
-    pub(crate) fn new(visible: &[Ellipse], width: usize, height: usize) -> Tiles {
+    pub(crate) fn new(visible: &[Ellipse], beside: &[F], width: usize, height: usize) -> Tiles<F> {
         // Depths are positive, so their bits sort as they do; the index makes every key different.
         let mut keys: Vec<u64> =
             visible.par_iter().enumerate().map(|(i, e)| u64::from(e.depth.to_bits()) << 32 | i as u64).collect();
         keys.par_sort_unstable();
         let ellipses: Vec<Ellipse> = keys.par_iter().map(|&key| visible[key as u32 as usize]).collect();
+        let features = keys.par_iter().map(|&key| beside[key as u32 as usize]).collect();
         let (across, down) = (width.div_ceil(TILE), height.div_ceil(TILE));
         let mut starts = vec![0_usize; across * down + 1];
         for e in &ellipses {
@@ -42,7 +45,7 @@ impl Tiles {
                 next[tile] += 1;
             });
         }
-        Tiles { ellipses, lists, starts, across }
+        Tiles { ellipses, features, lists, starts, across }
     }
 
     /// Ellipses of a tile, nearest first.
