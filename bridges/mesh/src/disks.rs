@@ -64,7 +64,9 @@ pub fn poisson_disks(mesh: &TriangleMesh, amount: Amount, seed: u64) -> Result<V
             for _ in 0..ROUNDS {
                 let before = disks.points.len();
                 let (thrown, _) = candidates(mesh, &areas, round, &mut random);
-                thrown.into_iter().for_each(|p| disks.throw(p));
+                for p in thrown {
+                    disks.throw(p);
+                }
                 if ((disks.points.len() - before) as f64) < FULL * disks.points.len() as f64 {
                     break;
                 }

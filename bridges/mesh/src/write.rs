@@ -48,7 +48,9 @@ fn ply(mesh: &TriangleMesh) -> Vec<u8> {
     }
     for t in &mesh.triangles {
         out.push(3);
-        t.iter().for_each(|i| out.extend_from_slice(&i.to_le_bytes()));
+        for i in t {
+            out.extend_from_slice(&i.to_le_bytes());
+        }
     }
     out
 }
