@@ -15,7 +15,7 @@ use crate::render::{Paint, problem_of};
 pub(crate) const DEFAULT: &str = "plant-and-rock";
 
 /// Scenes inside this program, by name.
-const BUILT_IN: [(&str, &str); 17] = [
+const BUILT_IN: &[(&str, &str)] = &[
     ("ball-on-block", include_str!("../scenes/ball-on-block.toml")),
     ("ball-on-cloth", include_str!("../scenes/ball-on-cloth.toml")),
     ("dam-and-raft", include_str!("../scenes/dam-and-raft.toml")),
@@ -28,6 +28,7 @@ const BUILT_IN: [(&str, &str); 17] = [
     ("oscillator", include_str!("../scenes/oscillator.toml")),
     ("plant-and-rock", include_str!("../scenes/plant-and-rock.toml")),
     ("silk-over-rock", include_str!("../scenes/silk-over-rock.toml")),
+    ("smoke-past-plant", include_str!("../scenes/smoke-past-plant.toml")),
     ("stage-1", include_str!("../scenes/stage-1.toml")),
     ("stage-2", include_str!("../scenes/stage-2.toml")),
     ("stage-3", include_str!("../scenes/stage-3.toml")),

@@ -57,6 +57,7 @@ impl Term {
 /// * rigid responder: at most 20 substeps of the resolver's elastic wave, `W ≤ 20 d / c`: with Courant number 0.5 on a
 ///   grid of two spacings a substep is `d / c`;
 /// * solid against a deformable responder: `W ≤ 1.4 d / c` for wave speed c ≤ 50 m/s, else 1 ms;
+/// * smoke against anything: none but approach, as its solution has the responder's mass in it, and a gas is soft;
 /// * liquid against anything that deforms: `W ≤ 0.5 √(σ d / (ρ_f c_f²))`, σ the areal mass of the responder's surface
 ///   layer: density times spacing, or the areal density of cloth.
 ///
@@ -76,7 +77,7 @@ pub fn contact_terms(name: &str, resolver: &Body, responder: &Body) -> Vec<Term>
         let why = format!("`{name}`: 20 substeps of the elastic wave of `{}` ({c:.1} m/s)", resolver.name);
         terms.push(Term::new(PROXY_SUBSTEPS * d / c, why));
     }
-    if !deforms || responder.prescribed.is_some() {
+    if !deforms || responder.prescribed.is_some() || matches!(resolver.material, Material::Smoke { .. }) {
         return terms;
     }
     if is_liquid(&resolver.material) {

@@ -90,7 +90,8 @@ pub enum Material {
     Smoke {
         /// Mass density of the gas \[kg/m³\].
         density_kg_m3: f64,
-        /// Share of the neighbours' relative velocity taken over per step, 0..=1.
+        /// Share of the neighbours' relative velocity taken over per step, 0..=1; of the seeds' step of 1 ms for solvers in
+        /// which nothing may depend on the step.
         viscosity: f64,
     },
 }

@@ -3,7 +3,7 @@
 use cosplat_core::plan::window::{SHORTEST_WINDOW_S, contact_terms};
 use cosplat_core::scene::{Body, Material, Motion, Scene, VelocityField};
 
-use crate::cast::{CLOTH, LIQUID, RIGID, body, elastic, joined, planned, refused, scene};
+use crate::cast::{CLOTH, LIQUID, RIGID, SMOKE, body, elastic, joined, planned, refused, scene};
 
 fn spaced(name: &str, solver: &str, material: Material, spacing_m: f64) -> Body {
     Body { spacing_m: Some(spacing_m), ..body(name, solver, material) }
@@ -205,4 +205,12 @@ fn a_stand_in_is_used_for_twenty_substeps() {
     check(&terms(&toy, &rock), &[20.0 * 0.02 / 10.0]);
     let told = Body { prescribed: Some(Motion::Twist { linear_m_s: [0.0; 3], angular_rad_s: [0.0; 3] }), ..rock };
     assert!(terms(&toy, &told).is_empty(), "who follows a script cannot be foreseen wrongly");
+}
+
+#[test]
+fn smoke_is_bounded_by_approach_alone() {
+    let cloud = moving(spaced("cloud", "smoke", SMOKE, 0.01), [2.0, 0.0, 0.0]);
+    let toy = spaced("toy", "mpm", elastic(1e7), 0.01);
+    check(&terms(&cloud, &toy), &[0.3 * 0.01 / 2.0]);
+    assert!(terms(&spaced("cloud", "smoke", SMOKE, 0.01), &toy).is_empty(), "a gas does not feel how stiff a solid is");
 }

@@ -5,7 +5,7 @@ use cosplat_core::visual::VisualState;
 use cosplat_splat::bind::Frame;
 use cosplat_splat::skin::Limits;
 use cosplat_splat::stage::{Shown, Staged};
-use cosplat_splat::surfel::{Fabric, Light, Sample, dots, fabric, lit};
+use cosplat_splat::surfel::{Fabric, Light, Sample, dots, fabric, lit, puffs};
 use cosplat_splat::{Axes, OutputFrame, Similarity, Splats};
 use cosplat_viewer::Gaussians;
 use nalgebra::Vector3;
@@ -37,6 +37,8 @@ pub(crate) enum Look {
     Cloth(Cloth),
     /// Its particles: their spacing \[m\] and colour, linear RGB.
     Dots(f64, [f64; 3]),
+    /// The same for smoke, which is seen through.
+    Smoke(f64, [f64; 3]),
 }
 
 /// A cloth as it is drawn.
@@ -67,7 +69,7 @@ impl Drawn {
             Look::Capture(staged) => staged.splats.len() as u64,
             Look::Surface(samples) => samples.len() as u64,
             Look::Cloth(cloth) => cloth.rest.len() as u64,
-            Look::Dots(..) => 0,
+            Look::Dots(..) | Look::Smoke(..) => 0,
         }
     }
 }
@@ -93,7 +95,7 @@ impl<'a> Player<'a> {
         let light = Light::default();
         let splats = match &body.look {
             Look::Surface(samples) => lit(samples, &body.pose, &light, &frame),
-            Look::Capture(_) | Look::Cloth(_) | Look::Dots(..) => Splats::default(),
+            Look::Capture(_) | Look::Cloth(_) | Look::Dots(..) | Look::Smoke(..) => Splats::default(),
         };
         Self { body, frame, light, shown: None, is_woven: false, splats, has_moved: true, last: None }
     }
@@ -147,6 +149,10 @@ impl<'a> Player<'a> {
             }
             (Look::Dots(spacing, colour), VisualState::Particles { position, gradient }) => {
                 let made = dots(position, gradient, *spacing, *colour, &self.frame);
+                self.splats = made.map_err(|e| wrong(e.to_string()))?;
+            }
+            (Look::Smoke(spacing, colour), VisualState::Particles { position, .. }) => {
+                let made = puffs(position, *spacing, *colour, &self.frame);
                 self.splats = made.map_err(|e| wrong(e.to_string()))?;
             }
             _ => return Err(wrong("its solver shows it in another form than was prepared".to_owned())),

@@ -161,7 +161,9 @@ impl Maker<'_> {
             source if is_rigid => {
                 Ok(Made { asset: None, look: shape::look(source, body.spacing_m, colour)?, notes: Vec::new() })
             }
-            _ => Ok(Made { asset: None, look: Some(Look::Dots(shape::spacing(body), colour)), notes: Vec::new() }),
+            _ => {
+                Ok(Made { asset: None, look: Some(shape::dots(body, shape::spacing(body), colour)), notes: Vec::new() })
+            }
         }
     }
 

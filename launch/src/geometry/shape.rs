@@ -2,7 +2,7 @@
 
 use cosplat_core::asset::{Asset, TriangleMesh};
 use cosplat_core::boundary::Vec3;
-use cosplat_core::scene::{Body, Source};
+use cosplat_core::scene::{Body, Material, Source};
 use cosplat_mesh::format::{self, Beside};
 use cosplat_mesh::{MeshError, Prepared, Recipe, Report, fill, surface_samples};
 use cosplat_splat::surfel::grained;
@@ -49,7 +49,7 @@ impl Maker<'_> {
         let cloud = fill(&prepared.mesh, spacing).map_err(|e| e.to_string())?;
         let mut notes = notes(&prepared.report);
         notes.push(format!("{} particles", cloud.position_m.len()));
-        let look = self.draws.then_some(Look::Dots(spacing, colour));
+        let look = self.draws.then(|| dots(body, spacing, colour));
         Ok(Made { asset: Some(Asset::Particles(cloud)), look, notes })
     }
 
@@ -122,6 +122,14 @@ fn surface(
     let chosen = (area / count).sqrt();
     let samples = surface_samples(mesh, spacing.map_or(chosen, |s| s.min(chosen))).map_err(|e| e.to_string())?;
     Ok(Look::Surface(grained(&samples.position_m, &samples.normal, &samples.area_m2, colour, grain)))
+}
+
+/// What is seen of particles.
+pub(super) fn dots(body: &Body, spacing: f64, colour: [f64; 3]) -> Look {
+    match body.material {
+        Material::Smoke { .. } => Look::Smoke(spacing, colour),
+        _ => Look::Dots(spacing, colour),
+    }
 }
 
 /// Spacing of the particles of a body \[m\].

@@ -164,6 +164,20 @@ impl Multigrid {
         Self { levels, r: none.clone(), p: none.clone(), ap: none }
     }
 
+    /// Spoils the vectors that must not be read before they are written.
+    #[cfg(test)]
+    pub(crate) fn spoil(&mut self, value: f64) {
+        self.p.fill(value);
+        for z in 1..=self.levels[0].n[2] {
+            for row in self.levels[0].rows(z).collect::<Vec<_>>() {
+                let first = z * self.levels[0].s[2] + row;
+                let end = first + self.levels[0].n[0];
+                let Level { x, b, other, .. } = &mut self.levels[0];
+                [x, b, other, &mut self.ap, &mut self.r].into_iter().for_each(|all| all[first..end].fill(value));
+            }
+        }
+    }
+
     /// The finest level, to set its weights.
     pub(crate) fn finest(&mut self) -> &mut Level {
         &mut self.levels[0]

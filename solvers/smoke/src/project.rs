@@ -69,6 +69,9 @@ impl Projection<'_> {
     /// Takes the divergence out of `u`, whose faces at walls and inlets are set; `q` is a guess of the pressure, in m/s,
     /// and becomes it. Up to `tolerance`: the largest divergence of a cell, times its edge, over the largest speed. Says how
     /// it went and the limit that it had.
+    ///
+    /// `slack` becomes, on faces of solids, what rounding leaves between the gas's gain and the solids' loss, over their
+    /// mass: the loss is a small difference times a large mass.
     pub(crate) fn solve(
         &self,
         tolerance: f64,
@@ -76,6 +79,7 @@ impl Projection<'_> {
         q: &mut [f64],
         b: &mut [f64],
         multigrid: &mut Multigrid,
+        mut slack: Option<&mut Faces>,
     ) -> (Solved, f64) {
         let (grid, sides, parallel) = (self.grid, self.sides, self.parallel);
         let steps = [1, grid.n[0] + 2, (grid.n[0] + 2) * (grid.n[1] + 2)];
@@ -83,6 +87,9 @@ impl Projection<'_> {
             let (ratio, pull) = (&self.ratio[a], &self.pull[a]);
             let before = u[a].clone();
             set_free(grid, sides, a, &mut u[a], parallel, &|at| (before[at] + pull[at]) / (1.0 + ratio[at]));
+            if let Some(slack) = &mut slack {
+                slack[a] = before;
+            }
         }
         let mut speed = 0.0_f64;
         b.fill(0.0);
@@ -107,6 +114,14 @@ impl Projection<'_> {
                 let i = lower(grid, at);
                 before[at] - (q[i] - q[i - steps[a]]) / (1.0 + ratio[at])
             });
+            if let Some(slack) = &mut slack {
+                let (star, u, pull) = (slack[a].clone(), &u[a], &self.pull[a]);
+                set_free(grid, sides, a, &mut slack[a], parallel, &|at| {
+                    let i = lower(grid, at);
+                    let gain = u[at] - star[at] + (q[i] - q[i - steps[a]]);
+                    if ratio[at] > 0.0 { (gain - (pull[at] - ratio[at] * u[at])) / ratio[at] } else { 0.0 }
+                });
+            }
         }
         (solved, limit)
     }

@@ -167,8 +167,9 @@ impl Solids {
         }
     }
 
-    /// Books what each solid gave to gas that now has velocity `u`; `mass` \[kg\] is that of the gas in a cell.
-    pub(crate) fn book(&mut self, grid: &Grid, sides: &Sides, u: &Faces, mass: f64, dt: f64) {
+    /// Books what each solid gave to gas that now has velocity `u`, with the rounding `slack` of the projection; `mass` \[kg\]
+    /// is that of the gas in a cell.
+    pub(crate) fn book(&mut self, grid: &Grid, sides: &Sides, u: &Faces, slack: &Faces, mass: f64, dt: f64) {
         let ranges = [0, 1, 2].map(|a| free(grid, sides, a));
         for f in &mut self.filled {
             let (mut all, mut gross, mut work) = (Wrench::default(), 0.0, 0.0);
@@ -183,7 +184,7 @@ impl Solids {
                 };
                 let now = u[a][grid.at(cell)];
                 let mut j = [0.0; 3];
-                j[a] = mass * f.ratio * (v[a] - now);
+                j[a] = mass * f.ratio * (v[a] - now + slack[a][grid.at(cell)]);
                 all = all.plus(Wrench { linear: j, angular: cross(x, j) });
                 gross += j[a].abs();
                 work += j[a] * now;
@@ -211,7 +212,7 @@ impl Solids {
                 Self::near(grid, set.x[i], |a, at, weight| {
                     if let Some(cell) = is_free(a, at) {
                         let mut j = [0.0; 3];
-                        j[a] = mass * weight * ratio * (v[a] - u[a][at]);
+                        j[a] = mass * weight * ratio * (v[a] - u[a][at] + slack[a][at]);
                         all = all.plus(Wrench { linear: j, angular: cross(grid.face(a, cell), j) });
                         work += j[a] * u[a][at];
                         given = add(given, j);

@@ -52,6 +52,22 @@ pub(crate) struct Scratch {
 }
 
 impl Scratch {
+    /// Spoils what must not be read before it is written.
+    #[cfg(test)]
+    pub(crate) fn spoil(&mut self, which: usize, value: f64) {
+        let Self { tensor, guess, body, first, second, q, b, .. } = self;
+        match which {
+            0 => tensor.iter_mut().for_each(|t| t.fill(value)),
+            1 => guess.iter_mut().for_each(|t| t.fill(value)),
+            2 => body.iter_mut().for_each(|t| t.fill(value)),
+            3 => first.fill(value),
+            4 => second.fill(value),
+            5 => q.fill(value),
+            6 => b.fill(value),
+            _ => self.multigrid.spoil(value),
+        }
+    }
+
     pub(crate) fn new(grid: &Grid) -> Self {
         let mut multigrid = Multigrid::new(grid.n);
         let none = vec![0.0; multigrid.finest().size()];
@@ -177,7 +193,7 @@ impl Course<'_> {
         add_tensor(grid, &store.u, model.nu, 0.5, tensor, parallel);
         let pushed = (model.params.confinement > 0.0).then(|| confine(grid, &store.u, model.params.confinement));
         let by = dt / grid.h;
-        pad_velocity(grid, &sides, ambient, guess);
+        guess.clone_from(&store.u);
         for a in 0..3 {
             let (c, s, u) = (&store.c, grid.s[a], &store.u[a]);
             let pushed = pushed.as_ref().map(|f| &f[a]);
@@ -193,13 +209,15 @@ impl Course<'_> {
         let projection = Projection { grid, sides: &sides, ratio: &solids.ratio, pull: &solids.pull, most, parallel };
         projection.prepare(multigrid);
         q.iter_mut().zip(&store.pressure).for_each(|(q, p)| *q = by * p);
-        let (rough, _) = projection.solve(ROUGH * tolerance, guess, q, b, multigrid);
+        let (rough, _) = projection.solve(ROUGH * tolerance, guess, q, b, multigrid, None);
         books.iterations += rough.iterations;
         pad_velocity(grid, &sides, ambient, guess);
 
         // Heun's rule: the mean of what both velocities carry.
+        first.clone_from(&store.c);
         carry(grid, &store.u, &store.c, dt, first, parallel);
         pad_field(grid, &sides, guess, first);
+        second.clone_from(first);
         carry(grid, guess, first, dt, second, parallel);
         add_tensor(grid, guess, model.nu, 0.5, tensor, parallel);
         for a in 0..3 {
@@ -224,12 +242,12 @@ impl Course<'_> {
         let mass = model.cell_mass();
         let convected = scaled(across_sides(grid, &sides, tensor), mass * by);
         let pushed = scaled(wrench(grid, &sides, body), mass * dt);
-        let (solved, limit) = projection.solve(tolerance, &mut store.u, q, b, multigrid);
+        let (solved, limit) = projection.solve(tolerance, &mut store.u, q, b, multigrid, Some(guess));
         store.pressure.iter_mut().zip(&*q).for_each(|(p, q)| *p = q / by);
         let walls = scaled(projection.of_walls(q), mass);
         books.external = books.external.plus(convected).plus(pushed).plus(walls);
         books.take(solved, limit, tolerance);
-        solids.book(grid, &sides, &store.u, mass, dt);
+        solids.book(grid, &sides, &store.u, guess, mass, dt);
         pad_velocity(grid, &sides, ambient, &mut store.u);
         drift(model, &before, &store.u, &mut store.x, now, dt, parallel);
     }
@@ -256,6 +274,6 @@ pub(crate) fn begin(model: &Model, store: &mut Store, scratch: &mut Scratch) {
     let projection = Projection { grid, sides: &sides, ratio, pull, most, parallel: false };
     projection.prepare(&mut scratch.multigrid);
     let tolerance = model.params.divergence;
-    projection.solve(tolerance, &mut store.u, &mut scratch.q, &mut scratch.b, &mut scratch.multigrid);
+    projection.solve(tolerance, &mut store.u, &mut scratch.q, &mut scratch.b, &mut scratch.multigrid, None);
     pad_velocity(grid, &sides, ambient, &mut store.u);
 }

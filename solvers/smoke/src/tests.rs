@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use cosplat_conformance::parts;
 use cosplat_core::plugin::{Plugin, SolverScene, Steady};
-use cosplat_core::scene::{Material, Source};
+use cosplat_core::scene::{ActionKind, Material, Source};
 use serde_json::{Value, json};
 
 use crate::flux::visit;
@@ -190,4 +190,29 @@ fn a_layer_of_light_gas_below_begins_to_rise_as_rayleigh_and_taylor_say() {
     println!("grows at {found} 1/s instead of {rate}, until {} m at {} s", seen[seen.len() - 1].1, last.0);
     // The surface is a cell thick, which slows a wave by about k h/4, 5 %; the published test allows 15 %.
     assert!((found / rate - 1.0).abs() < 0.15, "{found} {rate}");
+}
+
+#[test]
+fn nothing_in_working_memory_outlives_a_substep() {
+    let params = json!({ "low": [0, 0, 0], "high": [1, 1, 1], "cell": 1.0 / 16.0 });
+    let mut with = scene(&params);
+    let kind = ActionKind::Wind { velocity_m_s: [1.0, 0.1, 0.0], air_density_kg_m3: 1.2, drag_coefficient: 1.0 };
+    with.actions = vec![parts::gravity(), parts::action(kind, 0.0, None)];
+    let (model, start, scratch, _) = read(&with, &Smoke::default().describe()).expect("a scene it takes");
+    let mut lab = Lab { model, store: start.clone(), scratch };
+    lab.advance(0.0, 0.05);
+    let first = lab.store.clone();
+    for which in 0..8 {
+        for value in [f64::NAN, 3.0] {
+            lab.store = start.clone();
+            lab.scratch.spoil(which, value);
+            lab.advance(0.0, 0.05);
+            let same = |of: &dyn Fn(&Store) -> Vec<f64>| {
+                of(&lab.store).iter().map(|v| v.to_bits()).eq(of(&first).iter().map(|v| v.to_bits()))
+            };
+            let parts = [0, 1, 2].map(|a| same(&|s| s.u[a].clone()));
+            println!("{which} {value}: {parts:?} {} {}", same(&|s| s.c.clone()), same(&|s| s.pressure.clone()));
+            assert!(lab.store == first, "working memory {which} filled with {value}");
+        }
+    }
 }

@@ -11,6 +11,9 @@ use crate::surfel::display_of_linear;
 /// Standard deviation in units of the spacing: neighbours overlap at half of it, so that no gap is seen.
 const SIGMA: f64 = 0.5;
 const OPACITY: f64 = 0.95;
+/// The same for smoke: ten particles in a row let through 0.94^10, half of what is behind.
+const PUFF_SIGMA: f64 = 1.0;
+const PUFF_OPACITY: f64 = 0.06;
 /// An ellipsoid becomes at most this many times as long as the sphere it was.
 const STRETCH: f64 = 3.0;
 
@@ -43,6 +46,22 @@ pub fn dots(
         skin(&still, of, Limits { stretch: Some(STRETCH) }, &mut splats);
     }
     frame.from_world.apply(&mut splats, frame.axes);
+    Ok(splats)
+}
+
+/// One soft Gaussian a particle of smoke: wide beside the spacing, and so thin that only many of them in a row hide what is
+/// behind. Positions and spacing \[m\], world; colour linear red, green, blue from 0 to 1.
+///
+/// # Errors
+/// None so far: positions alone always fit.
+pub fn puffs(
+    positions_m: &[[f64; 3]],
+    spacing_m: f64,
+    linear: [f64; 3],
+    frame: &OutputFrame,
+) -> Result<Splats, BindError> {
+    let mut splats = dots(positions_m, &[], PUFF_SIGMA / SIGMA * spacing_m, linear, frame)?;
+    splats.opacity_logits.fill(logit_of_opacity(PUFF_OPACITY));
     Ok(splats)
 }
 

@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::linalg::{perpendicular, quaternion_of};
 use crate::splats::{Axes, Splats, dc_of_colour, logit_of_opacity};
 
-pub use dots::dots;
+pub use dots::{dots, puffs};
 pub use fabric::{Fabric, fabric};
 pub use light::{Light, display_of_linear, grained, linear_of_display, lit};
 
