@@ -1,14 +1,14 @@
 //! Cell-substeps and particle-substeps a second of a cloud in a wind that meets a sheet, on one thread and on two.
 //!
 //! What bounds it (two cores at about 2.6 GHz, 7 to 8 GB/s each under load, double precision):
-//! - memory, one sweep of the pressure over a cell: 7 values of the unknown (of which 1 is new to the cache), three weights,
-//!   the right side, the inverse and the result: 56 B new. An iteration of conjugate gradients has four sweeps, a residual
-//!   and a product on the finest level, a seventh of that on the others, and five passes over vectors: about 520 B. Two
-//!   solutions of about four iterations each: 4.2 kB.
+//! - memory, one sweep of the pressure over a cell: 7 values of the unknown (of which 1 is new to the cache), three
+//!   weights, the right side, the inverse and the result: 56 B new. An iteration of conjugate gradients has four
+//!   sweeps, a residual and a product on the finest level, a seventh of that on the others, and five passes over
+//!   vectors: about 520 B. Two solutions of about four iterations each: 4.2 kB.
 //! - memory, the rest of a substep: six entries of the stress twice with three components each, three components and a
 //!   concentration read and written about four times: about 1.2 kB.
-//! - arithmetic: about 400 operations of two lanes for the stress and the concentration, 8 x 130 for the solutions: 700 ns at
-//!   one a cycle and lane.
+//! - arithmetic: about 400 operations of two lanes for the stress and the concentration, 8 x 130 for the solutions: 700
+//!   ns at one a cycle and lane.
 //!
 //! So 5.4 kB and 0.3 to 0.6 μs a cell and core: 2 to 3 M cell-substeps a second on two cores.
 //! Particles: 48 loads of faces that lie near, 150 operations: 10 M/s a core.
@@ -47,8 +47,8 @@ fn main() {
             best = best.max((run.substeps - before) as f64 / clock.elapsed().as_secs_f64());
         }
         println!(
-            "{threads} threads: {cells} cells, {particles} particles, {:.2} M cell-substeps/s, {:.3} M particle-substeps/s \
-             beside them, {:.1} iterations a substep",
+            "{threads} threads: {cells} cells, {particles} particles, {:.2} M cell-substeps/s, {:.3} M particle-\
+             substeps/s beside them, {:.1} iterations a substep",
             best * f64::from(cells) / 1e6,
             best * particles as f64 / 1e6,
             run.iterations as f64 / run.substeps as f64

@@ -13,8 +13,8 @@ fn curl(grid: &Grid, u: &Faces, at: usize) -> Vec3 {
     [slope(2, 1) - slope(1, 2), slope(0, 2) - slope(2, 0), slope(1, 0) - slope(0, 1)]
 }
 
-/// Accelerations on the lower faces of all cells \[m/s²\]: half of each of the two cells'. Those of the outermost cells are
-/// none.
+/// Accelerations on the lower faces of all cells \[m/s²\]: half of each of the two cells'. Those of the outermost cells
+/// are none.
 pub(crate) fn confine(grid: &Grid, u: &Faces, rate: f64) -> Faces {
     let mut out = grid.faces();
     let mut swirl = vec![[0.0; 3]; grid.size];

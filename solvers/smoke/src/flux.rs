@@ -1,13 +1,14 @@
 //! Momentum that crosses the faces of cells: convection and viscosity, as a symmetric tensor.
 //!
-//! `T_ab` is in the middle of a cell for a = b, and at its lower edge otherwise. It leaves the two faces of component `a`
-//! along `b` with opposite signs, and those of component `b` along `a`: with `T_ab = T_ba` linear and angular momentum are
-//! both kept to rounding.
+//! `T_ab` is in the middle of a cell for a = b, and at its lower edge otherwise. It leaves the two faces of component
+//! `a` along `b` with opposite signs, and those of component `b` along `a`: with `T_ab = T_ba` linear and angular
+//! momentum are both kept to rounding.
 //!
 //! - Convection is the product of mean velocities (Harlow and Welch 1965): second order, and it keeps kinetic energy.
-//! - `-½ (|u_b| δ_b u_a + |u_a| δ_a u_b)`, with `δ u = (u_0 - 3 u_1 + 3 u_2 - u_3)/6`, the jump between the values that parabolas
-//!   from both sides give, takes out what the grid cannot carry. For a velocity without divergence it takes out of each
-//!   Fourier mode exactly what third-order upwind differences take, though those are not symmetric; it is of third order.
+//! - `-½ (|u_b| δ_b u_a + |u_a| δ_a u_b)`, with `δ u = (u_0 - 3 u_1 + 3 u_2 - u_3)/6`, the jump between the values that
+//!   parabolas from both sides give, takes out what the grid cannot carry. For a velocity without divergence it takes
+//!   out of each Fourier mode exactly what third-order upwind differences take, though those are not symmetric; it is
+//!   of third order.
 //! - `-ν (∂_b u_a + ∂_a u_b)`.
 
 use cosplat_core::boundary::{Vec3, Wrench, cross, scale};
@@ -82,7 +83,8 @@ pub(crate) fn visit(grid: &Grid, sides: &Sides, a: usize, mut each: impl FnMut([
     }
 }
 
-/// Force of what is beyond the sides on the free faces, and its moment about the origin, per density and area \[m²/s²\].
+/// Force of what is beyond the sides on the free faces, and its moment about the origin, per density and area
+/// \[m²/s²\].
 ///
 /// Between free faces all entries cancel, so only those at the sides are summed.
 pub(crate) fn across_sides(grid: &Grid, sides: &Sides, t: &Tensor) -> Wrench {
@@ -144,8 +146,8 @@ pub(crate) fn across_sides(grid: &Grid, sides: &Sides, t: &Tensor) -> Wrench {
     sum
 }
 
-/// Momentum of the free faces per density and volume of a cell, and its moment about the origin, with the sum of sizes and
-/// half the sum of squares \[m/s, m²/s, m/s, m²/s²\].
+/// Momentum of the free faces per density and volume of a cell, and its moment about the origin, with the sum of sizes
+/// and half the sum of squares \[m/s, m²/s, m/s, m²/s²\].
 pub(crate) fn momentum(grid: &Grid, sides: &Sides, u: &Faces) -> (Wrench, f64, f64) {
     let (mut sum, mut gross, mut squares) = (Wrench::default(), 0.0, 0.0);
     for (a, u) in u.iter().enumerate() {

@@ -71,15 +71,15 @@ impl Grid {
         [self.field(), self.field(), self.field()]
     }
 
-    /// The eight nodes around `x` \[m\] of a field that is offset from lower corners of cells by `offset` cells, and their
-    /// weights: linear along each axis, so that they add up to one and their centre is `x`. Places beyond one cell outside
-    /// are moved there.
+    /// The eight nodes around `x` \[m\] of a field that is offset from lower corners of cells by `offset` cells, and
+    /// their weights: linear along each axis, so that they add up to one and their centre is `x`. Places beyond one
+    /// cell outside are moved there, where nothing inside has a weight.
     pub(crate) fn around(&self, x: Vec3, offset: Vec3) -> [(usize, f64); 8] {
         let mut first = [0_isize; 3];
         let mut share = [0.0; 3];
         for k in 0..3 {
             let g = (x[k] - self.low[k]) / self.h - offset[k];
-            let g = g.clamp(-1.0, self.n[k] as f64 + 0.999);
+            let g = g.clamp(-1.0, self.n[k] as f64 + 1.0);
             first[k] = g.floor() as isize;
             share[k] = g - g.floor();
         }

@@ -2,37 +2,38 @@
 //! precision.
 //!
 //! The gas fills the whole domain (`low`, `high`), a staggered grid of cells (`grid`). One substep:
-//! 1. momentum and the concentration of smoke cross faces of cells (`flux`, `scalar`), buoyancy acts (Boussinesq), by Heun's
-//!    rule;
-//! 2. projections take the divergence out of the first guess and of the result (`project`, `multigrid`), with solids as faces that are heavier by a part of
-//!    the solid's mass (`solids`): what a solid loses there is what the gas gains;
+//! 1. momentum and the concentration of smoke cross faces of cells (`flux`, `scalar`) and buoyancy acts (Boussinesq),
+//!    by Heun's rule;
+//! 2. projections take the divergence out of its first guess and of its result (`project`, `multigrid`), with solids as
+//!    faces that are heavier by a part of the solid's mass (`solids`): what a solid loses there is what the gas gains;
 //! 3. particles go along by Heun's rule (`particles`).
 //!
-//! **Books.** The momentum flux is a symmetric tensor and pressure a difference, so that linear and angular momentum change
-//! only by what is booked: sides of the domain, static solids, buoyancy and confinement as external, partners by their
-//! interface. Each impulse on a partner is the gas's own loss at the faces near a sample, times the sample's part of their
-//! mass. The moment about the origin that the gas books is that at the faces; a sample takes its impulse where it is, up to a
-//! cell away.
+//! **Books.** The momentum flux is a symmetric tensor and pressure a difference, so that linear and angular momentum
+//! change only by what is booked: sides of the domain, static solids, buoyancy and confinement as external, partners by
+//! their interface. Each impulse on a partner is the gas's own loss at the faces near a sample, times the sample's part
+//! of their mass. The moment about the origin that the gas books is that at the faces; a sample takes its impulse where
+//! it is, up to a cell away.
 //!
 //! **Order.** Second order in space and time where the flow is smooth, first order at solids: they fill whole faces, or
-//! spread over a cell, and stand still over a window. They do not slip; the boundary layer is a cell thick if it would be
-//! thinner.
+//! spread over a cell, and stand still over a window. They do not slip; the boundary layer is a cell thick if it would
+//! be thinner.
 //!
-//! **Viscosity** is that of air (`kinematic_viscosity`), and the material's `viscosity`, a share per step as the seeds have
-//! it, taken as a rate: `share d² / 6 ms`, d the spacing of particles. 0.1 at 1 cm is 1.7e-3 m²/s, a hundred times air's.
+//! **Viscosity** is that of air (`kinematic_viscosity`), and the material's `viscosity`, a share per step as the seeds
+//! have it, taken as a rate: `share d² / 6 ms`, d the spacing of particles. 0.1 at 1 cm is 1.7e-3 m²/s, a hundred times
+//! air's.
 //!
-//! **Sides** are open unless `open` says otherwise: there the pressure is that of the air around. Where a `wind` enters and
-//! can leave by the opposite side, the side is an inlet with the wind's velocity. Closed sides let the gas slide.
+//! **Sides** are open unless `open` says otherwise: there the pressure is that of the air around. Where a `wind` enters
+//! and can leave by the opposite side, the side is an inlet with the wind's velocity. Closed sides let the gas slide.
 //!
-//! **Inflow.** With `inflow_rate` the body's shape is a source: it stays full of smoke, and its particles leave in the order of
-//! the body's source, those that wait rest in it. `inflow_velocity` drives the gas in it.
+//! **Inflow.** With `inflow_rate` the body's shape is a source: it stays full of smoke, and its particles leave in the
+//! order of the body's source, those that wait rest in it. `inflow_velocity` drives the gas in it.
 //!
-//! Every loop over cells has a result that does not depend on its order, and every sum has a fixed one, so that the bytes do
-//! not depend on the number of threads.
+//! Every loop over cells has a result that does not depend on its order, and every sum has a fixed one, so that the
+//! bytes do not depend on the number of threads.
 //!
-//! Not here yet, and refused by name: several clouds in one process, moving static colliders, prescribed motion, impulses from
-//! others. Left out: what the density of smoke adds to the inertia (said in the plan above 20 %), hydrostatic lift on solids, heat
-//! that conducts. Dissipated energy is not summed.
+//! Not here yet, and refused by name: several clouds in one process, moving static colliders, prescribed motion,
+//! impulses from others. Left out: what the density of smoke adds to the inertia (said in the plan above 20 %),
+//! hydrostatic lift on solids, heat that conducts. Dissipated energy is not summed.
 
 mod confine;
 mod fill;

@@ -1,10 +1,11 @@
 //! Poisson's equation with a weight on each face: conjugate gradients, preconditioned by one V-cycle of multigrid.
 //!
-//! `Σ_f k_f (q - q_neighbour) = b` in every cell; `k` is 0 at closed sides, and outside of open ones `q = 0`. Coarse cells
-//! are eight fine ones with the mean of their faces' weights (the Galerkin operator of constant interpolation, halved, which
-//! is the same equation on the coarse grid). Each level is smoothed by two Jacobi sweeps whose lengths are the roots of
-//! Chebyshev's polynomial on [0.5, 2], the upper part of the spectrum, before and after: a polynomial of the same matrix, so
-//! that the cycle is symmetric, as conjugate gradients need it, and no sweep depends on the order of cells.
+//! `Σ_f k_f (q - q_neighbour) = b` in every cell; `k` is 0 at closed sides, and outside of open ones `q = 0`. Coarse
+//! cells are eight fine ones with the mean of their faces' weights (the Galerkin operator of constant interpolation,
+//! halved, which is the same equation on the coarse grid). Each level is smoothed by two Jacobi sweeps whose lengths
+//! are the roots of Chebyshev's polynomial on [0.5, 2], the upper part of the spectrum, before and after: a polynomial
+//! of the same matrix, so that the cycle is symmetric, as conjugate gradients need it, and no sweep depends on the
+//! order of cells.
 
 use crate::grid::for_chunks;
 

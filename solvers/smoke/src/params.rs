@@ -46,7 +46,10 @@ pub(crate) struct Params {
 /// JSON Schema of the parameters.
 pub(crate) fn schema() -> Value {
     let number = |least: &str, what: &str| json!({ "type": "number", least: 0, "description": what });
-    let vector = |what: &str| json!({ "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3, "description": what });
+    let vector = |what: &str| {
+        let item = json!({ "type": "number" });
+        json!({ "type": "array", "items": item, "minItems": 3, "maxItems": 3, "description": what })
+    };
     json!({
         "type": "object",
         "additionalProperties": false,
@@ -63,7 +66,7 @@ pub(crate) fn schema() -> Value {
             "ambient_temperature": number("exclusiveMinimum", "Temperature of the air around [K]; default 293.15"),
             "temperature": number(
                 "exclusiveMinimum",
-                "Temperature of the smoke [K], whose density is that of its material at the ambient one; default ambient"
+                "Temperature of the smoke [K]; its material's density is that at the ambient one; default ambient"
             ),
             "kinematic_viscosity": number("minimum", "Kinematic viscosity of air [m^2/s]; default 1.5e-5"),
             "vorticity_confinement": number("minimum", "Rate of vorticity confinement [1/s]; default 0, none"),

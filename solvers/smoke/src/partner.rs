@@ -35,8 +35,8 @@ pub(crate) fn masses(model: &Model, setups: &[PartnerSetup]) -> Result<Masses, P
         let h = model.grid.h;
         if mean > WIDEST * WIDEST * h * h {
             return refuse(format!(
-                "samples {:.3} m apart, which the gas passes on cells of {h} m (`{}`): give `{}` a spacing of at most {:.3} m, \
-                 or the smoke a coarser `cell`",
+                "samples {:.3} m apart, which the gas passes on cells of {h} m (`{}`): give `{}` a spacing \
+                 of at most {:.3} m, or the smoke a coarser `cell`",
                 mean.sqrt(),
                 face.name,
                 face.name,

@@ -66,12 +66,12 @@ impl Projection<'_> {
         multigrid.prepare();
     }
 
-    /// Takes the divergence out of `u`, whose faces at walls and inlets are set; `q` is a guess of the pressure, in m/s,
-    /// and becomes it. Up to `tolerance`: the largest divergence of a cell, times its edge, over the largest speed. Says how
-    /// it went and the limit that it had.
+    /// Takes the divergence out of `u`, whose faces at walls and inlets are set; `q` is a guess of the pressure, in
+    /// m/s, and becomes it. Up to `tolerance`: the largest divergence of a cell, times its edge, over the largest
+    /// speed. Says how it went and the limit that it had.
     ///
-    /// `slack` becomes, on faces of solids, what rounding leaves between the gas's gain and the solids' loss, over their
-    /// mass: the loss is a small difference times a large mass.
+    /// `slack` becomes, on faces of solids, what rounding leaves between the gas's gain and the solids' loss, over
+    /// their mass: the loss is a small difference times a large mass.
     pub(crate) fn solve(
         &self,
         tolerance: f64,

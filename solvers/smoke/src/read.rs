@@ -79,8 +79,8 @@ pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read,
         grid,
         sides: sides(params.open, all),
         params,
-        // The share of the difference to its neighbours, one spacing away, that a particle loses in a step of the seeds:
-        // diffusion by steps of that length, `ν = share d² / 6 Δt`.
+        // The share of the difference to its neighbours, one spacing away, that a particle loses in a step of the
+        // seeds: diffusion by steps of that length, `ν = share d² / 6 Δt`.
         nu: params.viscosity + share * spacing * spacing / (6.0 * SEED_STEP),
         heavier,
         particle: [warm * volume, volume],
@@ -117,7 +117,8 @@ fn domain(params: &Params, body: &Body, spacing: f64, points: &[Vec3]) -> Result
     let cells = blocks.iter().map(|b| b * BLOCK).product::<f64>();
     if !(h > 0.0 && cells.is_finite() && cells <= MOST_CELLS) {
         return Err(format!(
-            "a domain of {cells:.3e} cells of {h} m around body `{}`, more than {MOST_CELLS:.0e}; a coarser `cell` helps",
+            "a domain of {cells:.3e} cells of {h} m around body `{}`, more than {MOST_CELLS:.0e}; a coarser `cell` \
+             helps",
             body.name
         ));
     }

@@ -9,8 +9,8 @@ use crate::store::Store;
 
 /// State of the body and the energies at time `t` \[s\].
 ///
-/// Mass, place and velocity are those of the smoke, momentum and kinetic energy those of all gas in the domain: smoke has
-/// none of its own.
+/// Mass, place and velocity are those of the smoke, momentum and kinetic energy those of all gas in the domain: smoke
+/// has none of its own.
 pub(crate) fn state(model: &Model, store: &Store, t: f64) -> (BodyState, Energy) {
     let mass = model.cell_mass();
     let (all, gross, squares) = momentum(&model.grid, &model.sides, &store.u);

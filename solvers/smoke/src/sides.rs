@@ -20,8 +20,8 @@ pub(crate) type Sides = [[Side; 2]; 3];
 
 /// Sides while the ambient air has that velocity \[m/s\]; `open` says which ones are not closed.
 ///
-/// An open side is an inlet where the wind enters and has a way out opposite to it: there the ambient pressure would leave
-/// the speed to what happens inside.
+/// An open side is an inlet where the wind enters and has a way out opposite to it: there the ambient pressure would
+/// leave the speed to what happens inside.
 pub(crate) fn sides(open: [[bool; 2]; 3], ambient: Vec3) -> Sides {
     [0, 1, 2].map(|a| {
         [0, 1].map(|end| {

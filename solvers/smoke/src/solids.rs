@@ -1,10 +1,10 @@
 //! What stands in the gas: static solids, rigid partners, samples of others, and the mouths of inflows.
 //!
 //! A solid gives each face near it a part of its mass, and the gas and that part have one velocity there. In the
-//! projection such a face is heavier by its mass over that of the gas, `r`: `u (1 + r) = u* + Σ r v - Δq`, so that pressure acts
-//! on both at once. What the solid then has lost, `m r (v - u)`, is what the gas has gained, face by face; a light sheet
-//! yields within the solution, which is why it stays stable where the gas around it is the heavier of the two. A heavy
-//! solid is a wall that lets `1/(1 + r)` through.
+//! projection such a face is heavier by its mass over that of the gas, `r`: `u (1 + r) = u* + Σ r v - Δq`, so that
+//! pressure acts on both at once. What the solid then has lost, `m r (v - u)`, is what the gas has gained, face by
+//! face; a light sheet yields within the solution, which is why it stays stable where the gas around it is the heavier
+//! of the two. A heavy solid is a wall that lets `1/(1 + r)` through.
 //!
 //! Samples give their mass to eight faces of each component, linearly, and are moved by what these faces took. Solids
 //! with a shape fill the faces whose middle is inside.
@@ -167,8 +167,8 @@ impl Solids {
         }
     }
 
-    /// Books what each solid gave to gas that now has velocity `u`, with the rounding `slack` of the projection; `mass` \[kg\]
-    /// is that of the gas in a cell.
+    /// Books what each solid gave to gas that now has velocity `u`, with the rounding `slack` of the projection; `mass`
+    /// \[kg\] is that of the gas in a cell.
     pub(crate) fn book(&mut self, grid: &Grid, sides: &Sides, u: &Faces, slack: &Faces, mass: f64, dt: f64) {
         let ranges = [0, 1, 2].map(|a| free(grid, sides, a));
         for f in &mut self.filled {

@@ -163,8 +163,8 @@ impl Course<'_> {
             let speed = speeds(&self.store.u).into_iter().fold(0.0, |m, v| if v.is_nan() || v > m { v } else { m });
             if speed.is_nan() || speed > FASTEST {
                 return Err(PluginError::Physics(format!(
-                    "the smoke solver lost the motion at t = {now:.6e} s: gas moves at {speed:.3e} m/s; above {FASTEST} m/s \
-                     it is not incompressible; a smaller `courant` or a shorter window would help"
+                    "the smoke solver lost the motion at t = {now:.6e} s: gas moves at {speed:.3e} m/s; above \
+                     {FASTEST} m/s it is not incompressible; a smaller `courant` or a shorter window would help"
                 )));
             }
             time = if count > 1.0 { time + dt } else { self.length };

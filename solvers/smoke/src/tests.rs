@@ -65,7 +65,8 @@ impl Lab {
     }
 }
 
-/// The vortex of Taylor and Green in a closed box of 1 m with walls that slip: it keeps its shape and decays at `2 ν π²`.
+/// The vortex of Taylor and Green in a closed box of 1 m with walls that slip: it keeps its shape and decays at `2 ν
+/// π²`.
 fn vortex(a: usize, x: [f64; 3], factor: f64) -> f64 {
     match a {
         0 => factor * (PI * x[0]).sin() * (PI * x[1]).cos(),
@@ -98,8 +99,8 @@ fn a_vortex_decays_as_taylor_and_green_say() {
     }
     let orders = [errors[0] / errors[1], errors[1] / errors[2]].map(f64::log2);
     println!("orders {orders:?}");
-    // Fluxes, pressure and Heun's rule are of second order; what damps the grid's own waves is of third order and the larger
-    // part of the error on these grids.
+    // Fluxes, pressure and Heun's rule are of second order; what damps the grid's own waves is of third order and the
+    // larger part of the error on these grids.
     assert!(orders.iter().all(|o| (1.9..3.4).contains(o)), "{orders:?}");
     // 32 cells across half a wave: (π/32)²/6 of a derivative is 1.6e-3, of a decay of 0.16.
     assert!(errors[2] < 2.6e-4, "{errors:?}");
@@ -107,12 +108,13 @@ fn a_vortex_decays_as_taylor_and_green_say() {
 
 #[test]
 fn a_vortex_line_spreads_as_lamb_and_oseen_say() {
-    // Circulation Γ about an axis: u = Γ/(2πr) (1 - exp(-r²/4νt)), from t0 on; the box is large beside it, and its four corners
-    // hold mirror images.
+    // Circulation Γ about an axis: u = Γ/(2πr) (1 - exp(-r²/4νt)), from t0 on; the box is large beside it, and its four
+    // corners hold mirror images.
     let (nu, gamma, begin, length) = (2e-3, 0.1, 2.0, 2.0);
     let n = 64.0;
     let params = json!({
-        "low": [0, 0, 0], "high": [1, 1, 8.0 / n], "cell": 1.0 / n, "open": [], "kinematic_viscosity": nu, "divergence": 1e-6
+        "low": [0, 0, 0], "high": [1, 1, 8.0 / n], "cell": 1.0 / n, "open": [], "kinematic_viscosity": nu,
+        "divergence": 1e-6
     });
     let mut lab = Lab::new(&params);
     let swirl = |x: [f64; 3], t: f64| {
@@ -129,19 +131,19 @@ fn a_vortex_line_spreads_as_lamb_and_oseen_say() {
     let curl = (u[1][at] - u[1][at - grid.s[0]] - u[0][at] + u[0][at - grid.s[1]]) / grid.h;
     let exact = gamma / (4.0 * PI * nu * (begin + length));
     println!("vorticity {curl} instead of {exact}: {:.3} %", 100.0 * (curl / exact - 1.0));
-    // Grid: h²/(16 νt) = 0.2 % of spread at the start. Box: 1 - exp(-r²/4νt) differs from 1 by 4e-7 at its sides, but a square
-    // of mirror images strains the core by (r/L)⁴.
+    // Grid: h²/(16 νt) = 0.2 % of spread at the start. Box: 1 - exp(-r²/4νt) differs from 1 by 4e-7 at its sides, but a
+    // square of mirror images strains the core by (r/L)⁴.
     assert!((curl / exact - 1.0).abs() < 0.01, "{curl} {exact}");
 }
 
 #[test]
 fn a_layer_of_light_gas_below_begins_to_rise_as_rayleigh_and_taylor_say() {
-    // Two layers, the upper one heavier: a wave of length λ grows at √(A g k tanh(k H)), with the Boussinesq difference of
-    // density Δ = 2 A and H half the height.
+    // Two layers, the upper one heavier: a wave of length λ grows at √(A g k tanh(k H)), with the Boussinesq difference
+    // of density Δ = 2 A and H half the height.
     let (n, wave, height, heavier) = (32.0, 0.5, 1.0, 0.1);
     let params = json!({
-        "low": [0, 0, 0], "high": [wave, 8.0 * wave / n, height], "cell": wave / n, "open": [], "kinematic_viscosity": 0,
-        "divergence": 1e-6, "air_density": 1.0
+        "low": [0, 0, 0], "high": [wave, 8.0 * wave / n, height], "cell": wave / n, "open": [],
+        "kinematic_viscosity": 0, "divergence": 1e-6, "air_density": 1.0
     });
     let mut with = scene(&params);
     with.actions.push(parts::gravity());

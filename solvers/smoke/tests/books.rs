@@ -11,8 +11,8 @@ use cosplat_core::scene::Source;
 use cosplat_smoke::Smoke;
 use serde_json::json;
 
-/// Largest part of the largest momentum that may be missing: roundings of faces that are ten thousand times heavier than
-/// their gas, a thousand of them.
+/// Largest part of the largest momentum that may be missing: roundings of faces that are ten thousand times heavier
+/// than their gas, a thousand of them.
 const ROUNDING: f64 = 1e-12;
 
 fn closes(run: &Run) {
@@ -51,8 +51,8 @@ fn meets_a_box(velocity: Vec3) -> (Run, f64) {
 fn what_the_gas_loses_to_a_box_at_rest_the_box_receives() {
     let (run, pushed) = meets_a_box([0.0; 3]);
     closes(&run);
-    // Drag 0.5 ρ c A v² t = 0.0072 c N s in 0.4 s, c about 1 for a box, more in a duct of seven times its width and while the
-    // flow begins: only the order of magnitude is claimed here.
+    // Drag 0.5 ρ c A v² t = 0.0072 c N s in 0.4 s, c about 1 for a box, more in a duct of seven times its width and
+    // while the flow begins: only the order of magnitude is claimed here.
     println!("box at rest: {pushed} N s");
     assert!(pushed > 0.004 && pushed < 0.03, "{pushed}");
 }
@@ -65,7 +65,8 @@ fn what_the_gas_loses_to_a_moving_box_the_box_receives() {
     assert!(pushed > 0.008, "{pushed}");
 }
 
-/// A wind on a square sheet of 20 x 20 samples of that areal mass \[kg/m²\], which moves at `velocity` whatever it is given.
+/// A wind on a square sheet of 20 x 20 samples of that areal mass \[kg/m²\], which moves at `velocity` whatever it is
+/// given.
 fn meets_a_sheet(areal: f64, velocity: Vec3) -> (Run, Vec<Vec3>) {
     let mut start = windy(0.005);
     start.interfaces.push(meets(0, "sheet", BoundaryForm::SamplesF64 { normals: false }, None));
@@ -95,13 +96,14 @@ fn a_thin_sheet_stops_the_wind_whatever_it_weighs() {
         sums.iter().map(|j| j[0]).sum::<f64>()
     };
     let (heavy, light) = (drag(2.0), drag(0.1));
-    // A sheet of 0.285 m that a wind of 1 m/s meets at once: the added mass of a square plate, 0.455 ρ L³ = 0.013 kg, is stopped,
-    // and then there is drag, 0.5 ρ c L² v² t = 0.0147 c N s in 0.3 s, c from 1.2 in a steady stream to 3 while the first ring of
-    // vortices is near. The sheet is half a cell larger on each side, a tenth in L: a third in L³.
+    // A sheet of 0.285 m that a wind of 1 m/s meets at once: the added mass of a square plate, 0.455 ρ L³ = 0.013 kg,
+    // is stopped, and then there is drag, 0.5 ρ c L² v² t = 0.0147 c N s in 0.3 s, c from 1.2 in a steady stream to 3
+    // while the first ring of vortices is near. The sheet is half a cell larger on each side, a tenth in L: a third in
+    // L³.
     println!("heavy {heavy}, light {light} N s");
     assert!(heavy > 0.013 + 1.2 * 0.0147 && heavy < 1.33 * (0.013 + 3.0 * 0.0147), "{heavy}");
-    // A light sheet yields within a window before its partner holds it back: 4 times the gas's mass in a cell, 5 ms of 25 ms
-    // that the wind needs for a cell.
+    // A light sheet yields within a window before its partner holds it back: 4 times the gas's mass in a cell, 5 ms of
+    // 25 ms that the wind needs for a cell.
     assert!((light / heavy - 1.0).abs() < 0.15, "{}", light / heavy);
 }
 
