@@ -14,8 +14,10 @@ use crate::tally::Tally;
 use crate::vertex::Vertex;
 
 /// Share of an overlap that is undone in a substep, and the speed at which at most \[m/s\].
-const GIVEN_BACK: f64 = 0.1;
-const FASTEST: f64 = 0.5;
+const GIVEN_BACK: [f64; 2] = [0.1, 0.5];
+/// The same at samples. They are held by what is behind them, which a window does not know: under a load `F` cloth of
+/// mass `m` sinks in by about `F h/m` a second more than they say, and comes to rest where that much is given back.
+const BY_SAMPLES: [f64; 2] = [0.5, 2.0];
 
 /// Gap up to which a surface that sticks takes hold \[m\].
 pub(crate) const HOLDS: f64 = 1e-6;
@@ -69,7 +71,8 @@ impl Touch {
         if along <= 0.0 {
             return [0.0; 3];
         }
-        let wanted = self.pressed + (least(self.gap, h) - dot(velocity, n)) / along;
+        let back = if matches!(self.cause, Cause::Sample(..)) { BY_SAMPLES } else { GIVEN_BACK };
+        let wanted = self.pressed + (least_of(back, self.gap, h) - dot(velocity, n)) / along;
         let pressed = if holds { wanted } else { wanted.max(0.0) };
         let push = scale(n, pressed - self.pressed);
         self.pressed = pressed;
@@ -95,7 +98,11 @@ impl Touch {
 
 /// Least speed at which surfaces that are `gap` \[m\] apart must separate in a substep \[m/s\].
 pub(crate) fn least(gap: f64, h: f64) -> f64 {
-    if gap > 0.0 { -gap / h } else { (-gap * GIVEN_BACK / h).min(FASTEST) }
+    least_of(GIVEN_BACK, gap, h)
+}
+
+fn least_of([share, fastest]: [f64; 2], gap: f64, h: f64) -> f64 {
+    if gap > 0.0 { -gap / h } else { (-gap * share / h).min(fastest) }
 }
 
 /// Velocity per impulse between the two sides \[1/kg\].
@@ -142,6 +149,23 @@ pub(crate) struct Others<'s, 'a> {
     pub(crate) external: &'s mut Tally,
 }
 
+impl Others<'_, '_> {
+    /// Gives the other side the reaction to an impulse on own body `body` at `x`; where that impulse is booked.
+    pub(crate) fn give_back(&mut self, cause: Cause, body: usize, x: Vec3, impulse: Vec3) -> &mut Tally {
+        match cause {
+            Cause::Wall => &mut *self.external,
+            Cause::Proxy(p) => {
+                self.proxies[p].take(body, x, scale(impulse, -1.0));
+                &mut self.proxies[p].on_own[body]
+            }
+            Cause::Sample(s, i) => {
+                self.swarms[s].take(i, scale(impulse, -1.0));
+                &mut self.on_own[s]
+            }
+        }
+    }
+}
+
 /// Solves all touches in turn.
 pub(crate) fn settle(vertices: &mut [Vertex], owner: &[u32], touches: &mut [Touch], others: &mut Others, h: f64) {
     for touch in touches.iter_mut() {
@@ -161,23 +185,13 @@ pub(crate) fn settle(vertices: &mut [Vertex], owner: &[u32], touches: &mut [Touc
             }
         };
         let impulse = touch.missing(sub(place.velocity(vertices), other), &mobility, h);
-        let tally = match touch.cause {
-            Cause::Wall => &mut *others.external,
-            Cause::Proxy(p) => {
-                others.proxies[p].take(body, x, scale(impulse, -1.0));
-                &mut others.proxies[p].on_own[body]
-            }
-            Cause::Sample(s, i) => {
-                others.swarms[s].take(i, scale(impulse, -1.0));
-                &mut others.on_own[s]
-            }
-        };
+        let tally = others.give_back(touch.cause, body, x, impulse);
         for (i, share) in place.parts() {
             tally.give(&mut vertices[i], scale(impulse, share));
         }
         // A vertex that is fixed hands on to the world what it is given.
         for (i, share) in place.parts().filter(|(i, _)| vertices[*i].w <= 0.0) {
-            others.external.book(vertices[i].x, scale(impulse, -share));
+            others.external.hold(&vertices[i], scale(impulse, share));
         }
     }
 }

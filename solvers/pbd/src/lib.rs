@@ -39,14 +39,22 @@
 //! dissipated is what sweeps, contact and damping take. It is an estimate in mode `genesis`, and where a substep is
 //! shortened by speed.
 //!
+//! **Held vertices** are named by points of the world at t = 0: `params.pins` are fixed, `params.pulls` move with a given
+//! velocity until a given time, which is work of the world, and `params.bonds` attach vertices to a rigid partner or to
+//! the samples of a soft one (`bond`), with the reactions in the impulses that cross.
+//!
 //! Not here yet: tearing, moving walls, restitution, the `genesis` contact law, links and joints.
 
 mod bend;
+mod bond;
 mod cells;
 mod closest;
 mod contact;
+mod course;
 mod facet;
 mod lattice;
+mod list;
+mod meet;
 mod model;
 mod near;
 mod own;
@@ -56,14 +64,17 @@ mod patches;
 mod place;
 mod plugin;
 mod proxy;
+mod pull;
 mod push;
 mod read;
+mod read_held;
 mod read_partners;
 mod report;
 mod samples;
 mod scout;
 mod search;
 mod sheet;
+mod shown;
 mod side;
 mod sim;
 mod stored;

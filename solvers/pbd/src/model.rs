@@ -5,6 +5,7 @@ use std::ops::Range;
 use cosplat_core::boundary::Vec3;
 use cosplat_core::plan::{InterfaceId, LeftOut};
 
+use crate::bond::Bond;
 use crate::contact::Surface;
 use crate::sim::Sim;
 
@@ -47,6 +48,7 @@ pub(crate) struct Face {
 pub(crate) struct Model {
     pub(crate) cloths: Vec<Cloth>,
     pub(crate) faces: Vec<Face>,
+    pub(crate) bonds: Vec<Bond>,
     pub(crate) sim: Sim,
     /// Positions at t = 0, as in memory \[m\].
     pub(crate) start: Vec<Vec3>,

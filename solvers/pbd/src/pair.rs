@@ -84,7 +84,7 @@ impl Pair {
             if vertex.w > 0.0 {
                 vertex.take(j);
             } else {
-                held.book(vertex.x, scale(j, -1.0));
+                held.hold(vertex, j);
             }
         }
     }

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use cosplat_core::boundary::Vec3;
 use serde_json::{Map, Value, json};
 
+use crate::read_held::{BondSpec, PullSpec};
+
 /// Longest substep without a parameter \[s\]; the published one in the mode that repeats published pictures.
 const SUBSTEP: f64 = 2.5e-4;
 const GENESIS_SUBSTEP: f64 = 1e-3;
@@ -35,6 +37,9 @@ pub(crate) struct Params {
     pub(crate) turns: u32,
     /// Points of the world at t = 0 near which vertices are fixed, by body \[m\].
     pub(crate) pins: BTreeMap<String, Vec<Vec3>>,
+    /// Vertices that are moved, and those that are attached to partners, by body.
+    pub(crate) pulls: BTreeMap<String, Vec<PullSpec>>,
+    pub(crate) bonds: BTreeMap<String, Vec<BondSpec>>,
 }
 
 /// JSON Schema of the parameters.
@@ -42,6 +47,7 @@ pub(crate) fn schema() -> Value {
     let number = |least: &str, what: &str| json!({ "type": "number", least: 0, "description": what });
     let count =
         |what: &str| json!({ "type": "integer", "minimum": 1, "maximum": MOST_ITERATIONS, "description": what });
+    let vector = json!({ "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3 });
     json!({
         "type": "object",
         "additionalProperties": false,
@@ -63,11 +69,34 @@ pub(crate) fn schema() -> Value {
             "shear_compliance_m_n": number("minimum", "Compliance of diagonals [m/N]; default that of the threads"),
             "pins": {
                 "type": "object",
+                "additionalProperties": { "type": "array", "items": vector },
+                "description": "Points of the world at t = 0 [m], by body: vertices within half a spacing are fixed"
+            },
+            "pulls": {
+                "type": "object",
                 "additionalProperties": {
                     "type": "array",
-                    "items": { "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3 }
+                    "items": {
+                        "type": "object",
+                        "additionalProperties": false,
+                        "required": ["at", "velocity"],
+                        "properties": { "at": vector, "velocity": vector, "until": { "type": "number", "minimum": 0 } }
+                    }
                 },
-                "description": "Points of the world at t = 0 [m], by body: vertices within half a spacing are fixed"
+                "description": "Pins that move, by body: a point [m], a velocity [m/s] and when it stops [s]"
+            },
+            "bonds": {
+                "type": "object",
+                "additionalProperties": {
+                    "type": "array",
+                    "items": {
+                        "type": "object",
+                        "additionalProperties": false,
+                        "required": ["to", "at"],
+                        "properties": { "to": { "type": "string" }, "at": { "type": "array", "items": vector } }
+                    }
+                },
+                "description": "Points [m], by body: vertices there are attached to a body of another solver"
             }
         }
     })
@@ -87,6 +116,8 @@ impl Params {
             shear: None,
             turns: 8,
             pins: BTreeMap::new(),
+            pulls: BTreeMap::new(),
+            bonds: BTreeMap::new(),
         };
         let mut wrong = Vec::new();
         for (key, value) in map {
@@ -103,6 +134,8 @@ impl Params {
                 "damping_1_s" => set(&mut params.damping, number),
                 "shear_compliance_m_n" => set(&mut params.shear, number.map(Some)),
                 "pins" => set(&mut params.pins, serde_json::from_value(value.clone()).ok()),
+                "pulls" => set(&mut params.pulls, serde_json::from_value(value.clone()).ok()),
+                "bonds" => set(&mut params.bonds, serde_json::from_value(value.clone()).ok()),
                 _ => false,
             };
             if !fits {

@@ -8,16 +8,18 @@ use cosplat_core::plugin::{
 };
 use cosplat_core::visual::{VisualForm, VisualState};
 
+use crate::bond::{self, Bond};
+use crate::course::{Books, Course, Kick};
 use crate::model::{Model, Part};
 use crate::near::Near;
 use crate::params::schema;
-use crate::place::Place;
 use crate::proxy::Proxy;
 use crate::push::Influence;
 use crate::read::read;
-use crate::samples::{Marks, Swarm};
-use crate::side::{self, Side};
-use crate::sim::{Books, COURANT, Course, Kick, Meeting};
+use crate::samples::Marks;
+use crate::shown::{Shown, swarms, tie};
+use crate::side;
+use crate::sim::COURANT;
 
 /// The cloth solver.
 #[derive(Debug, Default)]
@@ -28,18 +30,14 @@ pub struct Pbd {
 #[derive(Debug)]
 struct Run {
     model: Model,
-    /// Constants of the samples of each interface that shows some.
-    marks: Vec<Marks>,
+    /// Of each interface.
+    shown: Vec<Shown>,
     dissipated: f64,
     /// What is kinetic and stored now \[J\].
     mechanical: [f64; 2],
     /// Last velocity of the stand-in of each rigid partner.
     foreseen: Vec<Option<Vec3>>,
     pool: Option<rayon::ThreadPool>,
-    /// Points of triangles that meet the samples of each interface that shows some.
-    lattices: Vec<Vec<Place>>,
-    /// Side of each vertex, then of each of those points, of these samples.
-    sides: Vec<Vec<Option<Side>>>,
     near: Near,
 }
 
@@ -66,10 +64,9 @@ impl Plugin for Pbd {
             .transpose()
             .map_err(|e| PluginError::Environment(format!("{} threads: {e}", model.threads)))?;
         let foreseen = vec![None; model.sim.setting.partners.len()];
-        let marks = vec![Marks::default(); model.faces.len()];
-        let (lattices, sides) = (vec![Vec::new(); model.faces.len()], vec![Vec::new(); model.faces.len()]);
+        let shown = vec![Shown::default(); model.faces.len()];
         let (mechanical, near) = (model.mechanical(), Near::default());
-        let run = Run { model, marks, dissipated: 0.0, mechanical, foreseen, pool, lattices, sides, near };
+        let run = Run { model, shown, dissipated: 0.0, mechanical, foreseen, pool, near };
         let setup = run.setup();
         self.run = Some(run);
         Ok(setup)
@@ -77,16 +74,16 @@ impl Plugin for Pbd {
 
     fn connect(&mut self, partners: &[PartnerSetup]) -> Result<(), PluginError> {
         let Some(run) = &mut self.run else { return Ok(()) };
-        let all = run.model.faces.iter().zip(&mut run.marks).zip(&mut run.lattices);
-        for ((face, marks), lattice) in all {
+        for (face, shown) in run.model.faces.iter().zip(&mut run.shown) {
             if !matches!(face.part, Part::Samples(_)) {
                 continue;
             }
             let found = partners.iter().find(|p| p.interface == face.id);
-            *marks = found
+            shown.marks = found
                 .and_then(|p| Marks::new(&p.statics))
                 .ok_or_else(|| refused(&format!("samples of `{}` that are not there or have no mass", face.partner)))?;
-            *lattice = run.model.sim.lattice(face.body, marks.mesh(0.5 * run.model.sim.setting.thickness));
+            let width = shown.marks.mesh(0.5 * run.model.sim.setting.thickness);
+            shown.lattice = run.model.sim.lattice(face.body, width);
         }
         Ok(())
     }
@@ -95,33 +92,37 @@ impl Plugin for Pbd {
         let run = self.run.as_mut().ok_or_else(not_set_up)?;
         let (proxies, residuals) = run.proxies(inputs)?;
         let kicks = run.kicks(inputs)?;
-        let sides = std::mem::take(&mut run.sides);
-        let known = (&run.marks[..], &run.lattices[..], sides);
-        let (swarms, meetings) = swarms(&run.model, known, inputs, step.length_s)?;
+        let known = run.shown.iter_mut().map(|s| (std::mem::take(&mut s.list), std::mem::take(&mut s.sides))).collect();
+        let (swarms, meetings) = swarms(&run.model, &run.shown, known, inputs, step.length_s)?;
         let before: f64 = run.mechanical.iter().sum();
         let has_wind = run.model.sim.setting.actions.iter().any(|a| matches!(a.influence, Influence::Wind(..)));
         let normals = if has_wind { run.model.all_normals() } else { Vec::new() };
         let (start, length, books) = (step.start_s, step.length_s, Books::default());
         let near = std::mem::take(&mut run.near);
-        let mut course = Course { start, length, proxies, swarms, meetings, kicks, normals, near, books };
+        let bonds = std::mem::take(&mut run.model.bonds);
+        let mut course = Course { start, length, proxies, swarms, meetings, kicks, bonds, normals, near, books };
+        tie(&run.model, &mut course, inputs);
         run.model.sim.run(&mut course, run.pool.as_ref(), pulse)?;
         run.near = std::mem::take(&mut course.near);
-        let mut sides = course.swarms.iter_mut().map(|s| std::mem::take(&mut s.sides));
-        let each = run.model.faces.iter().map(|face| match face.part {
-            Part::Samples(_) => sides.next().unwrap_or_default(),
-            _ => Vec::new(),
-        });
-        run.sides = each.collect();
+        run.model.bonds = std::mem::take(&mut course.bonds);
+        let known = course.swarms.iter_mut().map(|s| (std::mem::take(&mut s.list), std::mem::take(&mut s.sides)));
+        let known: Vec<_> = known.collect();
         for (foreseen, proxy) in run.foreseen.iter_mut().zip(&course.proxies) {
             *foreseen = Some(proxy.twist()[0]);
         }
         let given: f64 = course.books.driven.work
+            + course.books.held.work
             + course.books.kicks.iter().chain(&course.books.swarms).map(|t| t.work).sum::<f64>()
             + course.proxies.iter().flat_map(|p| &p.on_own).map(|t| t.work).sum::<f64>();
         run.mechanical = run.model.mechanical();
         run.dissipated += before + given - run.mechanical.iter().sum::<f64>();
         let energy = run.model.energy(course.start + course.length, run.mechanical, run.dissipated);
-        Ok(outputs(&run.model, &course, &residuals, energy))
+        let outputs = outputs(&run.model, &course, &residuals, energy);
+        let faces = run.model.faces.iter().zip(&mut run.shown).filter(|(f, _)| matches!(f.part, Part::Samples(_)));
+        for ((_, shown), (list, sides)) in faces.zip(known) {
+            (shown.list, shown.sides) = (list, sides);
+        }
+        Ok(outputs)
     }
 
     fn visual(&self, body: &str) -> Option<VisualState> {
@@ -144,7 +145,8 @@ impl Plugin for Pbd {
             sink.vec3(foreseen.unwrap_or_default());
         }
         run.near.save(sink);
-        run.sides.iter().for_each(|sides| side::save(sides, sink));
+        run.shown.iter().for_each(|shown| side::save(&shown.sides, sink));
+        bond::save(&run.model.bonds, sink);
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), PluginError> {
@@ -169,14 +171,17 @@ impl Plugin for Pbd {
         let counts = [run.model.sim.vertices.len(), setting.walls.len(), setting.partners.len()];
         let near = Near::restore(&mut reader, counts)?;
         let mut sides = Vec::new();
-        for (marks, lattice) in run.marks.iter().zip(&run.lattices) {
-            sides.push(side::restore(&mut reader, [counts[0] + lattice.len(), marks.len()])?);
+        for shown in &run.shown {
+            sides.push(side::restore(&mut reader, [counts[0] + shown.lattice.len(), shown.marks.len()])?);
         }
+        let bonds = bond::restore(&run.model.bonds, &mut reader, |face| run.shown[face].marks.len())?;
         reader.end()?;
+        run.model.bonds = bonds;
         for (vertex, [x, u]) in run.model.sim.vertices.iter_mut().zip(places) {
             (vertex.x, vertex.u) = (x, u);
         }
-        (run.dissipated, run.foreseen, run.near, run.sides) = (dissipated, foreseen, near, sides);
+        (run.dissipated, run.foreseen, run.near) = (dissipated, foreseen, near);
+        run.shown.iter_mut().zip(sides).for_each(|(shown, sides)| shown.sides = sides);
         run.mechanical = run.model.mechanical();
         Ok(())
     }
@@ -207,7 +212,10 @@ fn outputs(model: &Model, course: &Course, residuals: &[f64], energy: Energy) ->
         interfaces.push(row);
     }
     let shown = model.cloths.iter().filter(|c| c.coupled);
+    let widest = Bond::widest(&course.bonds, &model.sim.vertices, (&course.proxies, &course.swarms));
     let counters = [
+        // A conversion stops at the largest number.
+        ("largest-gap of a bond [µm]", (widest * 1e6) as u64),
         ("contacts", books.touches),
         ("substeps beyond a thickness", books.too_fast),
         ("points of cloth gone through samples", course.swarms.iter().map(|s| s.pierced).sum()),
@@ -300,34 +308,7 @@ impl Run {
     }
 }
 
-/// Constants of partners' samples, points of triangles that meet them, and on which side each vertex and point is.
-type Known<'a> = (&'a [Marks], &'a [Vec<Place>], Vec<Vec<Option<Side>>>);
-
-/// Partners' samples, and which of them each vertex can meet in `length` \[s\].
-fn swarms<'a>(
-    model: &Model,
-    (marks, lattices, sides): Known<'a>,
-    inputs: &Inputs,
-    length: f64,
-) -> Result<(Vec<Swarm<'a>>, Vec<Meeting<'a>>), PluginError> {
-    let (mut swarms, mut meetings) = (Vec::new(), Vec::new());
-    for (((face, marks), lattice), sides) in model.faces.iter().zip(marks).zip(lattices).zip(sides) {
-        let Part::Samples(surface) = face.part else { continue };
-        let missing = || refused(&format!("a step without the boundary of `{}`", face.partner));
-        let input = inputs.partner(face.id).ok_or_else(missing)?;
-        let samples = input.samples(&face.partner, marks.len())?;
-        let theirs = samples.velocity.iter().map(|&v| norm(v)).fold(0.0, f64::max);
-        let reach = (theirs + model.sim.fastest()) * length + model.sim.setting.thickness;
-        let vertices = model.sim.vertices.iter().zip(&model.sim.owner);
-        let own = vertices.map(|(v, &body)| (body as usize == face.body).then_some(v.x));
-        let between = lattice.iter().map(|place| Some(place.position(&model.sim.vertices)));
-        swarms.push(Swarm::new(marks, (samples, input), own.chain(between), reach, sides));
-        meetings.push(Meeting { body: face.body, surface, lattice });
-    }
-    Ok((swarms, meetings))
-}
-
-fn refused(what: &str) -> PluginError {
+pub(crate) fn refused(what: &str) -> PluginError {
     Refusals::one("pbd", what)
 }
 

@@ -80,9 +80,23 @@ impl Proxy {
 
     /// The partner's shape where it is now.
     pub(crate) fn placed(&self, shape: &Shape) -> Placed {
-        let [x, y, z, w] = self.start.orientation;
-        let q = self.turned * UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        let q = self.attitude();
         Placed::new(shape.clone(), self.center, [q.i, q.j, q.k, q.w])
+    }
+
+    /// The point of the body at `x`, in its own frame \[m\].
+    pub(crate) fn local(&self, x: Vec3) -> Vec3 {
+        self.attitude().inverse_transform_vector(&Vector3::from(sub(x, self.center))).into()
+    }
+
+    /// Where a point of its own frame is now \[m\].
+    pub(crate) fn world(&self, local: Vec3) -> Vec3 {
+        add(self.center, (self.attitude() * Vector3::from(local)).into())
+    }
+
+    fn attitude(&self) -> UnitQuaternion<f64> {
+        let [x, y, z, w] = self.start.orientation;
+        self.turned * UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
     }
 
     /// Velocity of its point at `x` \[m/s\].

@@ -10,6 +10,7 @@ use crate::contact::Surface;
 use crate::model::{Cloth, Model};
 use crate::own::Mesh;
 use crate::params::Params;
+use crate::pull::Pull;
 use crate::push::{Action, Influence};
 use crate::sheet::Sheet;
 use crate::sim::{Setting, Sim};
@@ -39,6 +40,9 @@ struct Parts {
     hinges: Vec<Hinge>,
     masses: Vec<f64>,
     mesh: Mesh,
+    pulls: Vec<Pull>,
+    /// Attached vertices, the body of each, and what it is attached to.
+    bound: Vec<(u32, usize, String)>,
     shortest: f64,
 }
 
@@ -56,18 +60,13 @@ pub(crate) fn read(plugin: &Descriptor, scene: &SolverScene) -> Result<Model, Pl
     for body in &scene.bodies {
         reader.body(body, &mut parts);
     }
-    let unknown: Vec<&String> =
-        reader.params.pins.keys().filter(|name| !scene.bodies.iter().any(|b| b.name == **name)).collect();
-    // A process that was left without any body has nothing to be wrong about.
-    let unknown = if scene.bodies.is_empty() { Vec::new() } else { unknown };
-    for name in unknown {
-        reader.refused.push(format!("pins of a body it does not have (`{name}`)"));
-    }
+    reader.strangers();
     if parts.shortest.is_finite() {
         reader.spacing = parts.shortest;
     }
     let walls = scene.statics.iter().filter_map(|s| reader.wall(s)).collect();
     let (faces, partners) = reader.interfaces();
+    let bonds = reader.bonds(&parts.bound, &faces);
     let actions = reader.actions(&parts.masses);
     parts.mesh.bodies = scene.bodies.len();
     parts.mesh.friction = reader.own_friction();
@@ -98,10 +97,11 @@ pub(crate) fn read(plugin: &Descriptor, scene: &SolverScene) -> Result<Model, Pl
         owner: parts.owner,
         area: parts.area,
         mesh: parts.mesh,
+        pulls: parts.pulls,
         size,
         setting,
     };
-    Ok(Model { cloths: parts.cloths, faces, sim, start, left_out, threads: scene.threads })
+    Ok(Model { cloths: parts.cloths, faces, bonds, sim, start, left_out, threads: scene.threads })
 }
 
 impl Reader<'_> {
@@ -138,7 +138,11 @@ impl Reader<'_> {
         let weighted =
             x.iter().zip(&sheet.areas).fold([0.0; 3], |sum, (&x, &a)| cosplat_core::boundary::add(sum, scale(x, a)));
         let centre = scale(weighted, 1.0 / sheet.area().max(f64::MIN_POSITIVE));
-        let fixed = self.pinned(name, &x, 0.5 * sheet.spacing);
+        let held = self.held(name, &x, 0.5 * sheet.spacing);
+        let at = |i: usize| (from + places[i] as usize) as u32;
+        parts.bound.extend(held.bound.iter().map(|(i, to)| (at(*i), index as usize, to.clone())));
+        parts.pulls.extend(held.pulls(at));
+        let fixed = &held.fixed;
         parts.vertices.resize(from + x.len(), Vertex::default());
         parts.area.resize(from + x.len(), 0.0);
         parts.owner.resize(from + x.len(), index);
@@ -150,7 +154,10 @@ impl Reader<'_> {
             parts.area[at] = sheet.areas[i];
             parts.mesh.rest[at] = sheet.points[i];
         }
-        let at = |i: u32| (from + places[i as usize] as usize) as u32;
+        for pull in parts.pulls.iter().filter(|pull| pull.vertex as usize >= from) {
+            parts.vertices[pull.vertex as usize].u = pull.velocity;
+        }
+        let at = |i: u32| at(i as usize);
         for &(ends, is_diagonal) in &sheet.edges {
             let rest = norm(sub(sheet.points[ends[0] as usize], sheet.points[ends[1] as usize]));
             let shear = self.params.shear.filter(|_| is_diagonal);
@@ -192,23 +199,6 @@ impl Reader<'_> {
             // Refused already.
             _ => Ok(Sheet::default()),
         }
-    }
-
-    /// Which vertices are fixed to the world.
-    fn pinned(&mut self, body: &str, x: &[Vec3], reach: f64) -> Vec<bool> {
-        let mut fixed = vec![false; x.len()];
-        let Some(pins) = self.params.pins.get(body) else { return fixed };
-        for &pin in pins {
-            let mut found = false;
-            // Half a spacing reaches one vertex; rounding must not let it reach none.
-            for (fixed, _) in fixed.iter_mut().zip(x).filter(|(_, x)| norm(sub(**x, pin)) <= reach * (1.0 + 1e-9)) {
-                (*fixed, found) = (true, true);
-            }
-            if !found {
-                self.refused.push(format!("a pin of `{body}` at {pin:?} m, {reach} m or more from any vertex"));
-            }
-        }
-        fixed
     }
 
     fn actions(&mut self, masses: &[f64]) -> Vec<Action> {

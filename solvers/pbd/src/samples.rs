@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::cells::Cells;
 use crate::facet::{Facet, NEIGHBOURS};
+use crate::list::{List, inside, within};
 use crate::side::{Side, THROUGH};
 
 /// Width of a sample that has neither an area nor a volume \[m\].
@@ -80,81 +81,54 @@ pub(crate) struct Swarm<'a> {
     now: Vec<[Vec3; 2]>,
     /// Impulses on the samples \[N s\].
     pub(crate) impulse: Vec<Vec3>,
-    /// Samples that each point of a cloth can meet in this window: where its list begins, and the lists.
-    begin: Vec<u32>,
-    near: Vec<u32>,
-    /// Points with a list.
-    points: Vec<u32>,
-    /// Samples in any of the lists.
+    /// Samples that each point of a cloth can meet in this window.
+    pub(crate) list: List,
+    /// Samples that move: those in the list, and those that cloth is attached to.
     active: Vec<u32>,
-    /// Of the samples in the lists.
-    facets: Vec<Facet>,
+    /// Of the samples that have been met in this window.
+    facets: Vec<Option<Facet>>,
+    /// Where samples were at its start, sorted once somebody is near.
+    start: &'a [Vec3],
+    cells: Option<Cells>,
     /// Of each point of a cloth.
     pub(crate) sides: Vec<Option<Side>>,
     /// Points that have gone through a sample.
     pub(crate) pierced: u64,
-    /// Largest speed of a sample \[m/s\].
-    pub(crate) fastest: f64,
+    /// Largest speed of a sample \[m/s\], where the cloth is near at all.
+    pub(crate) fastest: Option<f64>,
 }
 
 impl<'a> Swarm<'a> {
-    /// Looks for the samples that each vertex, or point of a triangle, can meet; `reach` is how far it may move towards
-    /// them \[m\], `sides` what is remembered of each.
+    /// Looks for the samples that each vertex, or point of a triangle, can meet: places at `points` \[m\] in a window in
+    /// which they and the samples move towards each other by `way` \[m\], surfaces `thickness` \[m\] from each other.
     pub(crate) fn new(
         marks: &'a Marks,
-        (samples, input): (&Samples, &PartnerInput),
-        places: impl Iterator<Item = Option<Vec3>>,
-        reach: f64,
-        mut sides: Vec<Option<Side>>,
+        (samples, input): (&'a Samples, &PartnerInput),
+        points: &[Vec3],
+        [way, thickness]: [f64; 2],
+        (mut list, mut sides): (List, Vec<Option<Side>>),
     ) -> Self {
         let all = &samples.position;
-        let reach = reach + 2.0 * marks.widest;
-        let fold = |f: fn(f64, f64) -> f64, start: f64| [0, 1, 2].map(|k| all.iter().map(|x| x[k]).fold(start, f));
-        let (low, high) = (fold(f64::min, f64::INFINITY), fold(f64::max, f64::NEG_INFINITY));
-        let inside = |x: &Vec3| (0..3).all(|k| x[k] > low[k] - reach && x[k] < high[k] + reach);
-        // Sorted only once somebody is there.
-        let mut cells = None;
-        let (mut begin, mut near, mut points) = (vec![0], Vec::new(), Vec::new());
-        for (place, x) in (0..).zip(places) {
-            if let Some(x) = x.filter(inside) {
-                let cells = cells.get_or_insert_with(|| Cells::new(all, reach));
-                within(cells, all, (x, reach), |i| near.push(i));
-            }
-            if begin.last().is_some_and(|&b| near.len() > b as usize) {
-                points.push(place);
-            }
-            begin.push(near.len() as u32);
-        }
-        let mut active = near.clone();
-        active.sort_unstable();
-        active.dedup();
-        let mut facets = vec![Facet::Bead; all.len()];
-        if let Some(cells) = &cells {
-            let mut around = Vec::new();
-            for &i in &active {
-                around.clear();
-                let radius = NEIGHBOURS * marks.width[i as usize];
-                within(cells, all, (all[i as usize], radius), |k| around.push(all[k as usize]));
-                facets[i as usize] = Facet::of(&around);
-            }
-        }
-        sides.resize(begin.len() - 1, None);
-        let alone = |place: usize| begin[place] == begin[place + 1];
-        sides.iter_mut().enumerate().filter(|(place, _)| alone(*place)).for_each(|(_, side)| *side = None);
+        let reach = thickness + 2.0 * marks.widest;
+        list.renew(points, all, (reach, way, marks.widest));
+        let inside = inside(all, reach + way);
+        let fastest = samples.velocity.iter().map(|&v| norm(v)).fold(0.0, f64::max);
+        sides.resize(points.len(), None);
+        sides.iter_mut().enumerate().filter(|(i, _)| list.of(*i).is_empty()).for_each(|(_, side)| *side = None);
         Self {
             marks,
             path: (0..all.len()).map(|i| input.path(i)).collect(),
             moved: vec![[[0.0; 3]; 2]; all.len()],
             now: vec![[[0.0; 3]; 2]; all.len()],
             impulse: vec![[0.0; 3]; all.len()],
-            begin,
-            near,
-            points,
-            active,
-            facets,
+            active: list.active.clone(),
+            list,
+            facets: vec![None; all.len()],
+            start: all,
+            cells: None,
             sides,
             pierced: 0,
-            fastest: samples.velocity.iter().map(|&v| norm(v)).fold(0.0, f64::max),
+            fastest: points.iter().any(|&x| inside(x)).then_some(fastest),
         }
     }
 
@@ -178,7 +152,7 @@ impl<'a> Swarm<'a> {
 
     /// Points of a cloth that can meet a sample in this window.
     pub(crate) fn points(&self) -> &[u32] {
-        &self.points
+        &self.list.points
     }
 
     /// Distance of the middle of a cloth from that of a sample at which the thinnest of them touch \[m\].
@@ -189,29 +163,57 @@ impl<'a> Swarm<'a> {
     /// Finds the nearest sample of each point of a cloth and its side of it, for points at `position` \[m\] and surfaces
     /// that keep `half` \[m\] from the middle of the cloth.
     pub(crate) fn look(&mut self, position: impl Fn(usize) -> Vec3 + Sync, half: f64, parallel: bool) {
-        let this = &*self;
-        let one = |&place: &u32| this.side(place as usize, position(place as usize), half);
-        let sides: Vec<Option<Side>> = if parallel {
-            self.points.par_iter().with_min_len(256).map(one).collect()
-        } else {
-            self.points.iter().map(one).collect()
-        };
-        for (&place, side) in self.points.iter().zip(sides) {
-            let before = std::mem::replace(&mut self.sides[place as usize], side);
-            let was_beyond = before.is_some_and(|s| s.beyond);
+        let nearest = each(parallel, &self.list.points, |&p| self.nearest(p as usize, position(p as usize), half));
+        let found: Vec<(usize, u32)> =
+            self.list.points.iter().zip(nearest).filter_map(|(&p, i)| Some((p as usize, i?))).collect();
+        self.learn(&found, parallel);
+        let sides = each(parallel, &found, |&(p, i)| self.side(p, i, position(p), half));
+        let mut all = vec![None; self.sides.len()];
+        for (&(p, _), side) in found.iter().zip(sides) {
+            let was_beyond = self.sides[p].is_some_and(|s| s.beyond);
             self.pierced += u64::from(side.is_some_and(|s| s.beyond) && !was_beyond);
+            all[p] = side;
         }
+        self.sides = all;
     }
 
-    /// Side of a point of a cloth at `x`.
-    fn side(&self, place: usize, x: Vec3, half: f64) -> Option<Side> {
-        let list = &self.near[self.begin[place] as usize..self.begin[place + 1] as usize];
-        let away = |i: u32| sub(x, self.now[i as usize][0]);
-        let square = |i: u32| dot(away(i), away(i));
-        let &sample = list.iter().min_by(|&&a, &&b| square(a).total_cmp(&square(b)))?;
+    /// Finds out how samples lie that have not been met before.
+    fn learn(&mut self, found: &[(usize, u32)], parallel: bool) {
+        let mut new: Vec<u32> = found.iter().map(|(_, i)| *i).filter(|&i| self.facets[i as usize].is_none()).collect();
+        new.sort_unstable();
+        new.dedup();
+        if new.is_empty() {
+            return;
+        }
+        let (all, widest) = (self.start, self.marks.widest);
+        let cells = self.cells.get_or_insert_with(|| Cells::new(all, NEIGHBOURS * widest));
+        let cells = &*cells;
+        let facets = each(parallel, &new, |&i| {
+            let mut around = Vec::new();
+            let radius = NEIGHBOURS * self.marks.width[i as usize];
+            within(cells, all, (all[i as usize], radius), |k| around.push(all[k as usize]));
+            Facet::of(&around)
+        });
+        new.iter().zip(facets).for_each(|(&i, facet)| self.facets[i as usize] = Some(facet));
+    }
+
+    /// Nearest sample of a point of a cloth at `x`, where it can be touched.
+    fn nearest(&self, place: usize, x: Vec3, half: f64) -> Option<u32> {
+        let square = |i: u32| {
+            let d = sub(x, self.now[i as usize][0]);
+            dot(d, d)
+        };
+        let all = self.list.of(place).iter().map(|&i| (square(i), i));
+        let (square, i) = all.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))?;
+        let reach = REMEMBERED * (self.marks.radius[i as usize] + half) + self.marks.width[i as usize];
+        (square <= reach * reach).then_some(i)
+    }
+
+    /// Side of a point of a cloth at `x` whose nearest sample is known.
+    fn side(&self, place: usize, sample: u32, x: Vec3, half: f64) -> Option<Side> {
         let i = sample as usize;
-        let (facet, touching) = (&self.facets[i], self.marks.radius[i] + half);
-        let off = facet.away(away(sample), self.marks.width[i]);
+        let (facet, touching) = (self.facets[i].unwrap_or_default(), self.marks.radius[i] + half);
+        let off = facet.away(sub(x, self.now[i][0]), self.marks.width[i]);
         let apart = norm(off);
         if apart > REMEMBERED * touching {
             return None;
@@ -233,7 +235,21 @@ impl<'a> Swarm<'a> {
     /// Whether what is remembered of one sample holds for another.
     fn joined(&self, i: u32, j: u32) -> bool {
         let d = sub(self.now[j as usize][0], self.now[i as usize][0]);
-        i == j || (norm(d) < JOINED * self.marks.width[i as usize] && self.facets[i as usize].goes_on(d))
+        i == j
+            || (norm(d) < JOINED * self.marks.width[i as usize] && self.facets[i as usize].is_none_or(|f| f.goes_on(d)))
+    }
+
+    /// Position and velocity of a sample \[m, m/s\].
+    pub(crate) fn state(&self, sample: u32) -> (Vec3, Vec3) {
+        let [x, u] = self.now[sample as usize];
+        (x, u)
+    }
+
+    /// Also follows samples that cloth is attached to.
+    pub(crate) fn follow(&mut self, samples: impl Iterator<Item = u32>) {
+        self.active.extend(samples);
+        self.active.sort_unstable();
+        self.active.dedup();
     }
 
     /// Velocity of a sample \[m/s\].
@@ -256,14 +272,7 @@ impl<'a> Swarm<'a> {
     }
 }
 
-/// Calls `f` with the points within a distance of one \[m\].
-fn within(cells: &Cells, all: &[Vec3], (x, reach): (Vec3, f64), mut f: impl FnMut(u32)) {
-    cells.near(x, [reach; 3], |range| {
-        for &i in &cells.items()[range] {
-            let d = sub(all[i as usize], x);
-            if dot(d, d) < reach * reach {
-                f(i);
-            }
-        }
-    });
+/// What `f` says of each item, on one thread or several.
+fn each<T: Sync, R: Send>(parallel: bool, items: &[T], f: impl Fn(&T) -> R + Sync + Send) -> Vec<R> {
+    if parallel { items.par_iter().with_min_len(256).map(f).collect() } else { items.iter().map(f).collect() }
 }

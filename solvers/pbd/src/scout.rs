@@ -3,9 +3,10 @@
 use cosplat_core::boundary::{Vec3, add, dot, norm, scale, sub};
 
 use crate::contact::{Cause, HOLDS, Surface, Touch, at_walls};
+use crate::course::{Course, Desk};
 use crate::near::Target;
 use crate::place::Place;
-use crate::sim::{Course, Desk, Setting, Wall};
+use crate::sim::{Setting, Wall};
 use crate::vertex::Vertex;
 use cosplat_core::distance::{Placed, SignedDistance};
 
@@ -93,7 +94,8 @@ impl Scout<'_, '_> {
                 desk.alone.extend(self.note(vertex.u, place, Cause::Wall, (distance - half, normal), surface));
             }
             let alone = desk.alone.len();
-            for &p in &partners {
+            let bound = |cause: Cause| self.is_bound(from + k, cause);
+            for &p in partners.iter().filter(|p| !bound(Cause::Proxy(**p))) {
                 let Some(surface) = self.setting.partners[p].surface[body] else { continue };
                 let (distance, normal) = self.placed[p].distance(vertex.x);
                 let relative = sub(vertex.u, self.course.proxies[p].velocity(vertex.x));
@@ -103,7 +105,7 @@ impl Scout<'_, '_> {
                 if meeting.body != body {
                     continue;
                 }
-                if let Some(side) = swarm.sides[from + k] {
+                if let Some(side) = swarm.sides[from + k].filter(|_| !bound(Cause::Sample(s, 0))) {
                     let (relative, cause) = (sub(vertex.u, swarm.velocity(side.sample)), Cause::Sample(s, side.sample));
                     desk.alone.extend(self.note(relative, place, cause, (side.gap, side.out), meeting.surface));
                 }
@@ -115,6 +117,16 @@ impl Scout<'_, '_> {
                 at_walls(vertex, &mut desk.alone, self.h, &mut desk.held);
             }
         }
+    }
+
+    /// Whether a vertex is attached to what it would touch.
+    fn is_bound(&self, vertex: usize, cause: Cause) -> bool {
+        let bonds = &self.course.bonds;
+        let first = bonds.partition_point(|b| (b.vertex as usize) < vertex);
+        bonds[first..].iter().take_while(|b| b.vertex as usize == vertex).any(|b| match (b.cause, cause) {
+            (Cause::Proxy(a), Cause::Proxy(b)) | (Cause::Sample(a, _), Cause::Sample(b, _)) => a == b,
+            _ => false,
+        })
     }
 
     /// Notes a place that may close its gap in this substep.

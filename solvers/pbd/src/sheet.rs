@@ -88,6 +88,10 @@ impl Sheet {
             let count = all.len();
             return Err(format!("{count} triangles meet at the edge of the vertices {i} and {j}"));
         }
+        let same = |&&[i, j]: &&[u32; 2]| norm(sub(points[i as usize], points[j as usize])) <= 0.0;
+        if let Some([i, j]) = beside.keys().find(same) {
+            return Err(format!("the vertices {i} and {j} of one triangle are at the same place: merge them"));
+        }
         let hinge = |(&[i, j], all): (&[u32; 2], &Vec<u32>)| match all[..] {
             [p, q] => Some([p, q, i, j]),
             _ => None,

@@ -5,15 +5,11 @@ use cosplat_core::plugin::{PluginError, Pulse, Signal};
 use rayon::prelude::*;
 
 use crate::bend::Hinge;
-use crate::contact::{Others, Surface, Touch, earn, settle};
-use crate::near::{Near, Speeds, radius};
+use crate::contact::Surface;
+use crate::course::{Course, Desk, Kick};
 use crate::own::Mesh;
-use crate::pair::Pair;
-use crate::place::Place;
-use crate::proxy::Proxy;
+use crate::pull::Pull;
 use crate::push::{Action, Push};
-use crate::samples::Swarm;
-use crate::scout::Scout;
 use crate::stretch::Edge;
 use crate::tally::Tally;
 use crate::vertex::{Constraint, Phases, Solve, Vertex, solve};
@@ -21,8 +17,6 @@ use cosplat_core::distance::{Placed, Shape};
 
 /// Part of the shortest edge that a vertex may move in a substep.
 pub(crate) const COURANT: f64 = 0.3;
-/// Most parts of a substep in which contact is looked at.
-const MOST_PARTS: f64 = 16.0;
 /// Substeps of a step beyond which a cloth is not fast but blowing up.
 const MOST_SUBSTEPS: f64 = 1e6;
 
@@ -67,78 +61,6 @@ pub(crate) struct Setting {
     pub(crate) parallel: bool,
 }
 
-/// Impulses of a partner on the vertices of a body.
-#[derive(Clone, Debug)]
-pub(crate) struct Kick {
-    /// Interface, by its index.
-    pub(crate) face: usize,
-    /// On each vertex of all bodies \[N s\].
-    pub(crate) impulse: Vec<Vec3>,
-    /// Over the whole step, or at once at its start.
-    pub(crate) spread: bool,
-}
-
-/// Own side of a contact with a partner that shows samples.
-#[derive(Clone, Debug)]
-pub(crate) struct Meeting<'a> {
-    /// Own body.
-    pub(crate) body: usize,
-    pub(crate) surface: Surface,
-    /// Points of its triangles that are as close together as the samples.
-    pub(crate) lattice: &'a [Place],
-}
-
-/// One step in progress.
-pub(crate) struct Course<'a> {
-    /// Start and length \[s\].
-    pub(crate) start: f64,
-    pub(crate) length: f64,
-    pub(crate) proxies: Vec<Proxy>,
-    pub(crate) swarms: Vec<Swarm<'a>>,
-    /// In the order of the swarms.
-    pub(crate) meetings: Vec<Meeting<'a>>,
-    pub(crate) kicks: Vec<Kick>,
-    /// Normals at the start of the step, where air moves.
-    pub(crate) normals: Vec<Vec3>,
-    pub(crate) near: Near,
-    pub(crate) books: Books,
-}
-
-/// What has acted in a step.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Books {
-    pub(crate) substeps: u64,
-    pub(crate) bound_by_speed: bool,
-    /// Gravity and other actions.
-    pub(crate) driven: Tally,
-    /// Walls, pins and damping, which take energy.
-    pub(crate) held: Tally,
-    /// Effect of each swarm on its own body.
-    pub(crate) swarms: Vec<Tally>,
-    /// Effect of each kick.
-    pub(crate) kicks: Vec<Tally>,
-    /// Contacts solved, summed over the substeps.
-    pub(crate) touches: u64,
-    /// Substeps in which pieces of cloth moved more than a thickness relative to each other between two looks.
-    pub(crate) too_fast: u64,
-}
-
-/// Books of one block in one substep.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Desk {
-    driven: Tally,
-    /// Impulse of gravity and other actions on each vertex \[N s\].
-    pushes: Vec<Vec3>,
-    pub(crate) held: Tally,
-    kicks: Vec<Tally>,
-    /// Of one vertex.
-    pub(crate) alone: Vec<Touch>,
-    /// That partners have a part in.
-    pub(crate) touches: Vec<Touch>,
-    /// Contacts with walls alone.
-    pub(crate) count: u64,
-}
-
 /// All vertices and what holds them together.
 #[derive(Clone, Debug)]
 pub(crate) struct Sim {
@@ -152,11 +74,12 @@ pub(crate) struct Sim {
     pub(crate) edges: Phases<Edge>,
     pub(crate) hinges: Phases<Hinge>,
     pub(crate) mesh: Mesh,
+    pub(crate) pulls: Vec<Pull>,
     pub(crate) setting: Setting,
 }
 
 /// Does something with each item, on one thread or several.
-fn each<T: Send>(parallel: bool, items: Vec<T>, f: impl Fn(usize, T) + Sync + Send) {
+pub(crate) fn each<T: Send>(parallel: bool, items: Vec<T>, f: impl Fn(usize, T) + Sync + Send) {
     if parallel {
         items.into_par_iter().enumerate().for_each(|(i, item)| f(i, item));
     } else {
@@ -217,8 +140,9 @@ impl Sim {
     }
 
     fn substep(&mut self, course: &mut Course, desks: &mut [Desk], t: f64, h: f64) {
-        let setting = &self.setting;
         let now = course.start + t;
+        self.pull((now, now + h), &mut course.books.held);
+        let setting = &self.setting;
         let push = Push::new(&setting.actions, setting.bodies, (now, now + h), setting.damping);
         // An impulse at once is taken in the first substep.
         let share = |kick: &Kick| if kick.spread { h / course.length } else { f64::from(u8::from(t <= 0.0)) };
@@ -292,142 +216,6 @@ impl Sim {
             }
         }
     }
-
-    /// Contact and motion of a substep, and the work of what partners and actions gave in it, where the velocities at its
-    /// start were `start` \[m/s\].
-    fn touch_and_move(
-        &mut self,
-        course: &mut Course,
-        desks: &mut [Desk],
-        mut start: Vec<Vec3>,
-        kicks: &[(&[Vec3], f64)],
-        (t, h): (f64, f64),
-    ) {
-        let parts = self.parts(course, h);
-        for i in 0..parts {
-            let part = h / f64::from(parts);
-            self.meet(course, desks, &start, (t + f64::from(i) * part, part));
-            if i == 0 {
-                let blocks = self.vertices.chunks(self.size).zip(start.chunks(self.size));
-                let work: Vec<_> = blocks.zip(desks.iter_mut()).collect();
-                each(self.setting.parallel, work, |b, ((vertices, start), desk)| {
-                    let own = kicks.iter().map(|&(impulses, share)| (&impulses[b * self.size..], share));
-                    desk.earn(vertices, start, own);
-                });
-            }
-            self.drift(course, part);
-            start.iter_mut().zip(&self.vertices).for_each(|(start, v)| *start = v.u);
-        }
-    }
-
-    /// Parts of a substep in which contact is looked at: cloth moves less than its thickness relative to other cloth in
-    /// each, and less than half of both thicknesses relative to samples, so that nothing passes unseen. Shorter substeps
-    /// instead would make what a sweep leaves stiffer, and give it energy.
-    fn parts(&self, course: &mut Course, h: f64) -> u32 {
-        let thickness = self.setting.thickness;
-        let mut wanted: f64 = 1.0;
-        if !self.mesh.friction.is_empty() {
-            wanted = h * self.speeds(course).own / thickness;
-        }
-        for swarm in course.swarms.iter().filter(|s| !s.points().is_empty()) {
-            wanted = wanted.max(h * (self.fastest() + swarm.fastest) / swarm.thinnest(0.5 * thickness));
-        }
-        let wanted = wanted.ceil();
-        course.books.too_fast += u64::from(wanted > MOST_PARTS);
-        wanted.clamp(1.0, MOST_PARTS) as u32
-    }
-
-    /// Moves everything for `h` \[s\].
-    fn drift(&mut self, course: &mut Course, h: f64) {
-        let speeds = self.speeds(course);
-        course.near.age(&self.vertices, speeds, h);
-        for vertex in &mut self.vertices {
-            vertex.x = add(vertex.x, scale(vertex.u, h));
-        }
-        course.proxies.iter_mut().for_each(|p| p.drift(h));
-        course.swarms.iter_mut().for_each(|s| s.drift(h));
-    }
-
-    /// Contact of one substep, or of a part of it, at whose start the velocities were `start` \[m/s\].
-    fn meet(&mut self, course: &mut Course, desks: &mut [Desk], start: &[Vec3], (t, h): (f64, f64)) {
-        let setting = &self.setting;
-        course.proxies.iter_mut().for_each(|p| p.push(h));
-        for (swarm, meeting) in course.swarms.iter_mut().zip(&course.meetings) {
-            swarm.at(t);
-            let vertices = &self.vertices;
-            let position = |place: usize| match place.checked_sub(vertices.len()) {
-                Some(k) => meeting.lattice[k].position(vertices),
-                None => vertices[place].x,
-            };
-            swarm.look(position, 0.5 * setting.thickness, setting.parallel);
-        }
-        let alone = setting.walls.is_empty() && course.proxies.is_empty() && course.swarms.is_empty();
-        if alone && self.mesh.friction.is_empty() {
-            return;
-        }
-        let placed: Vec<Placed> =
-            course.proxies.iter().zip(&setting.partners).map(|(p, partner)| p.placed(&partner.shape)).collect();
-        let speeds = self.speeds(course);
-        let mut near = std::mem::take(&mut course.near);
-        near.renew(self, &placed, speeds, h);
-        let mut pairs = self.pairs(&near, h);
-        let scout = Scout { setting, course: &*course, placed: &placed, owner: &self.owner, h };
-        let mut between = Vec::new();
-        scout.spots(near.spots(), &self.vertices, &mut between);
-        let mut busy = vec![false; self.vertices.len()];
-        between.iter().flat_map(|t| t.place.parts()).for_each(|(i, _)| busy[i] = true);
-        pairs.iter().flat_map(|p| p.ends).for_each(|i| busy[i as usize] = true);
-        let work: Vec<_> = self.vertices.chunks_mut(self.size).zip(desks.iter_mut()).collect();
-        each(setting.parallel, work, |b, (vertices, desk)| scout.block(b * self.size, vertices, desk, &busy));
-        // Vertices last: what they touch then holds exactly, whatever is left of the turns before.
-        let mut touches = between;
-        touches.extend(desks.iter().flat_map(|d| d.touches.iter().copied()));
-        course.near = near;
-        course.books.touches += (touches.len() + pairs.len()) as u64;
-        let mut others = Others {
-            proxies: &mut course.proxies,
-            swarms: &mut course.swarms,
-            on_own: &mut course.books.swarms,
-            external: &mut course.books.held,
-        };
-        for _ in 0..setting.turns {
-            for pair in &mut pairs {
-                pair.solve(&mut self.vertices, h, others.external);
-            }
-            settle(&mut self.vertices, &self.owner, &mut touches, &mut others, h);
-        }
-        earn(&self.vertices, start, &self.owner, &touches, &mut others);
-    }
-
-    /// Pieces of cloth that touch.
-    fn pairs(&self, near: &Near, h: f64) -> Vec<Pair> {
-        let (vertices, thickness) = (&self.vertices, self.setting.thickness);
-        if self.setting.parallel {
-            near.candidates().par_iter().filter_map(|c| c.touch(vertices, thickness, h)).collect()
-        } else {
-            near.candidates().iter().filter_map(|c| c.touch(vertices, thickness, h)).collect()
-        }
-    }
-
-    /// How fast things move.
-    fn speeds(&self, course: &Course) -> Speeds {
-        Speeds::new(&self.vertices, &course.proxies, self.setting.partners.iter().map(|p| radius(&p.shape)))
-    }
-}
-
-impl Desk {
-    /// Books the work of actions and of kicks, on each vertex and the share of it, on vertices that had the velocities
-    /// `start` \[m/s\].
-    fn earn<'a>(&mut self, vertices: &[Vertex], start: &[Vec3], kicks: impl Iterator<Item = (&'a [Vec3], f64)>) {
-        for ((vertex, &start), &impulse) in vertices.iter().zip(start).zip(&self.pushes) {
-            self.driven.earn(impulse, [start, vertex.u]);
-        }
-        for ((impulses, share), tally) in kicks.zip(&mut self.kicks) {
-            for ((vertex, &start), &impulse) in vertices.iter().zip(start).zip(impulses) {
-                tally.earn(scale(impulse, share), [start, vertex.u]);
-            }
-        }
-    }
 }
 
 /// Influences on one vertex; the impulse of those that are not damping \[N s\].
@@ -449,7 +237,7 @@ fn pushed(vertex: &mut Vertex, body: usize, push: &Push, desk: &mut Desk) -> Vec
 fn kick(vertex: &mut Vertex, impulse: Vec3, tally: &mut Tally, held: &mut Tally) {
     tally.give(vertex, impulse);
     if vertex.w <= 0.0 {
-        held.book(vertex.x, scale(impulse, -1.0));
+        held.hold(vertex, impulse);
     }
 }
 
@@ -486,7 +274,7 @@ pub(crate) fn anchor<const N: usize, C: Constraint<N>>(
             if vertices[i].w > 0.0 {
                 vertices[i].take(impulse);
             } else {
-                held.book(vertices[i].x, scale(impulse, -1.0));
+                held.hold(&vertices[i], impulse);
             }
         }
     }

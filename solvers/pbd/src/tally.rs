@@ -4,7 +4,7 @@
 //! their works is then the change of the kinetic energy, whatever the order in which they act. Counted at the velocity
 //! in between, what one cause gives in a substep and the next takes back would be work of both.
 
-use cosplat_core::boundary::{Vec3, Wrench, add, cross, dot, norm};
+use cosplat_core::boundary::{Vec3, Wrench, add, cross, dot, norm, scale};
 use cosplat_core::plan::InterfaceId;
 use cosplat_core::plugin::InterfaceReport;
 
@@ -36,6 +36,13 @@ impl Tally {
         self.wrench.linear = add(self.wrench.linear, impulse);
         self.wrench.angular = add(self.wrench.angular, cross(x, impulse));
         self.gross += norm(impulse);
+    }
+
+    /// Books what the world gives to hold a vertex that is fixed to it against an impulse, and its work where it moves.
+    #[inline]
+    pub(crate) fn hold(&mut self, vertex: &Vertex, impulse: Vec3) {
+        self.book(vertex.x, scale(impulse, -1.0));
+        self.work -= dot(impulse, vertex.u);
     }
 
     /// Books the work of an impulse on a vertex with these velocities at the start and the end \[m/s\].
