@@ -2,6 +2,7 @@
 
 mod cli;
 mod command;
+mod estimate;
 mod exit;
 mod folder;
 mod frames;
@@ -46,7 +47,7 @@ fn main() -> ExitCode {
         Command::Splat(args) => finish(args.format(), command::splat::splat(&args)),
         Command::Doctor(args) => finish(args.format, command::doctor::doctor(&args)),
         Command::Report(args) => finish(args.format, command::report::report(&args)),
-        Command::Study(args) => finish(args.format, supervised(async |s| command::study::study(&args, s).await)),
+        Command::Study(args) => finish(args.format(), supervised(async |s| command::study::study(&args, s).await)),
         Command::Man(args) => finish(Format::Human, command::man::man(&args)),
         Command::Completions(args) => finish(Format::Human, command::completions::completions(&args)),
         Command::Plugins(args) => finish(args.format, supervised(async |s| command::plugins::plugins(&args, s).await)),

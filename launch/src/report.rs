@@ -39,6 +39,9 @@ pub(crate) fn human(summary: &Summary, folder: &Path, paint: Paint) -> String {
         let counted: Vec<String> = counters.iter().map(|(name, n)| format!("{name} {n}")).collect();
         lines.add("count", &format!("{process}: {}", counted.join(", ")));
     }
+    for high in summary.estimates.iter().filter(|e| e.is_high) {
+        lines.add("error", &printable(&format!("{}: {}; {}", high.of, high.meaning, high.remedy)));
+    }
     for (i, left_out) in summary.left_out.iter().take(LISTED).enumerate() {
         lines.add(if i == 0 { "without" } else { "" }, &left_out_line(left_out));
     }
@@ -182,6 +185,7 @@ mod tests {
             interfaces: vec![Interface { resolver: Some("left".into()), gross_impulse: 2.0, ..Interface::default() }],
             energy: vec![Energy { name: "total".into(), initial_j: Some(1.0), ..Energy::default() }],
             counters: BTreeMap::new(),
+            estimates: Vec::new(),
             left_out: vec![LeftOut { what: "viewer".into(), why: "not asked for".into(), ..LeftOut::default() }; 10],
             files: BTreeMap::new(),
         }

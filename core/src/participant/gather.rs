@@ -1,13 +1,12 @@
 //! Decoding what a step needs.
 
-use super::Joined;
+use super::{Joined, fault};
 use crate::boundary::{BoundaryState, Impulses, Vec3};
 #[cfg(doc)]
 use crate::control::Done;
 use crate::plan::schedule::{MessageId, Need, Role, StepPlan};
 use crate::plan::{Content, InterfaceId, Plan, StreamId};
 use crate::plugin::{ImpulseInput, Inputs, PartnerInput};
-use crate::scene::Break;
 use crate::visual::{VisualFrame, VisualState};
 use crate::wire::{decode_boundary, decode_impulses, decode_visual};
 
@@ -41,6 +40,7 @@ pub(super) fn gather(
         match (&stream.content, need.interface) {
             (Content::Boundary { form, .. } | Content::MidBoundary { form, .. }, Some(interface)) => {
                 let state = decode_boundary(*form, message.count(), &payload).map_err(explain)?;
+                let state = fault::of_boundary(joined.plan.break_with, state, length_s);
                 gathered.add_partner(joined, interface, need.role, state, length_s);
             }
             (Content::Impulses { form, .. }, Some(interface)) => {
@@ -48,10 +48,9 @@ pub(super) fn gather(
                 let impulses = about_present_centre(joined, interface, id.index, window, impulses);
                 let (total, gross) = impulses.sums();
                 gathered.applied.push((interface, total, gross));
-                let dropped = joined.plan.break_with == Some(Break::DropReaction);
                 gathered.inputs.impulses.push(ImpulseInput {
                     interface,
-                    impulses: if dropped { impulses.zeroed() } else { impulses },
+                    impulses: fault::of_impulses(joined.plan.break_with, impulses),
                     spread: need.role == Role::ImpulseSpread,
                 });
             }

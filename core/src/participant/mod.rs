@@ -4,6 +4,7 @@
 //! network is therefore an argument, and can be replayed.
 
 mod api;
+mod fault;
 mod fetch;
 mod gather;
 mod inbox;

@@ -10,6 +10,7 @@ use cosplat_core::coordinator::Outcome;
 
 use super::failure;
 use crate::cli::SceneArgs;
+use crate::estimate::{estimates, resolutions};
 use crate::exit::{Code, Error, Problem};
 use crate::folder::checkpoints::{Checkpoints, Sums};
 use crate::folder::record::{self, Facts};
@@ -195,8 +196,11 @@ impl<'a> Conduct<'a> {
             (None, _) => Status::Interrupted,
         };
         let frames = self.recorder.frames.clone();
+        let resolutions = resolutions(&self.prepared.scene, &self.recorder.tally.interfaces);
         let mut summary = self.summary(status, usage);
         summary.verdicts = verdicts;
+        summary.estimates = estimates(&summary);
+        summary.estimates.extend(resolutions);
         if let Some(error) = &error {
             summary.exit_code = error.code as u8;
             summary.failure = error.problems.first().map(|p| p.message.clone());
@@ -242,6 +246,7 @@ impl<'a> Conduct<'a> {
             interfaces: tally.interfaces,
             energy: tally.energy,
             counters: tally.counters,
+            estimates: Vec::new(),
             left_out: left_out.iter().map(Into::into).collect(),
             files,
         }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use cosplat_bus::Life;
 use cosplat_core::coordinator::Limits;
 use cosplat_core::plan::Interface;
-use cosplat_core::scene::Scene;
+use cosplat_core::scene::{Break, Scene};
 
 use super::conduct::Conduct;
 use super::resume::Earlier;
@@ -197,7 +197,8 @@ fn introduce(prepared: &Prepared, progress: &Progress, is_quiet: bool) {
     for (body, words) in &prepared.geometry.notes {
         progress.say("body", &format!("{body}: {words}"));
     }
-    if plan.break_with.is_some() && !plan.interfaces.iter().any(Interface::carries_impulses) {
+    let is_idle = plan.break_with.is_some_and(Break::needs_impulses);
+    if is_idle && !plan.interfaces.iter().any(Interface::carries_impulses) {
         progress.warn("`run.break` does nothing here: no impulses cross between processes");
     }
 }

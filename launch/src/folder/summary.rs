@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::estimate::Estimate;
 use crate::verdict::Verdict;
 
 /// How a run ended.
@@ -61,6 +62,9 @@ pub(crate) struct Summary {
     pub(crate) energy: Vec<Energy>,
     /// Clamps, quarantines, overflows and the like, by process; absent means none.
     pub(crate) counters: BTreeMap<String, BTreeMap<String, u64>>,
+    /// How wrong the run is by its own measurements, what that means, and what lowers it.
+    #[serde(default)]
+    pub(crate) estimates: Vec<Estimate>,
     /// What was not started, computed, sent or written, and why.
     pub(crate) left_out: Vec<LeftOut>,
     /// Files of the run, below its folder.

@@ -80,6 +80,7 @@ pub(crate) fn html(report: &Report<'_>) -> String {
     let summary = report.summary;
     let sections = [
         ("verdicts", "Verdicts", Some(parts::verdicts(summary))),
+        ("estimates", "How large the errors are", tables::estimates(summary)),
         ("pictures", "Pictures", pictures::section(report)),
         ("ledger", "Ledger", chart::section(report.ledger)),
         ("probes", "Probes", chart::section(report.probes)),

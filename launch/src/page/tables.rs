@@ -45,6 +45,32 @@ pub(super) fn energy(summary: &Summary) -> Option<Markup> {
     (!rows.is_empty()).then(|| html! { p { (text) } (table(&head, rows)) })
 }
 
+/// How wrong the run is by its own measurements.
+pub(super) fn estimates(summary: &Summary) -> Option<Markup> {
+    let head = [
+        ("Estimate", ""),
+        ("Of", ""),
+        ("Size", "n"),
+        ("Usual below", "n"),
+        ("What it means", ""),
+        ("What lowers it", ""),
+    ];
+    let rows = summary.estimates.iter().map(|e| {
+        let class = if e.is_high { "warn" } else { "good" };
+        vec![
+            html! { span class=(class) { (e.name) } },
+            html! { code { (e.of) } },
+            html! { (quantity(e.value)) },
+            html! { (limit(e.usual)) },
+            html! { (e.meaning) },
+            html! { (e.remedy) },
+        ]
+    });
+    let text = "Measured while the run went on, without a reference: not the error of the result, but what it is made of. \
+                Sizes are relative where the name says no unit.";
+    (!summary.estimates.is_empty()).then(|| html! { p { (text) } (table(&head, rows.collect())) })
+}
+
 /// What moved.
 pub(super) fn bodies(summary: &Summary) -> Option<Markup> {
     let head = [

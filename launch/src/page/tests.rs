@@ -50,6 +50,7 @@ pub(super) fn summary() -> Summary {
         interfaces: vec![interface],
         energy: vec![Energy { name: "total".into(), initial_j: None, final_j: 1.5e-3, ..Energy::default() }],
         counters: BTreeMap::from([("soft".into(), BTreeMap::from([("velocity clamps".into(), 12_345)]))]),
+        estimates: Vec::new(),
         left_out: vec![left_out],
         files: BTreeMap::from([("ledger".into(), "ledger.csv".into())]),
     }
@@ -189,6 +190,7 @@ fn a_run_that_failed_at_once_has_a_report() {
         interfaces: Vec::new(),
         energy: Vec::new(),
         counters: BTreeMap::new(),
+        estimates: Vec::new(),
         left_out: Vec::new(),
         files: BTreeMap::new(),
         windows: 0,

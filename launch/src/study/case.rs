@@ -18,6 +18,8 @@ pub(crate) struct Case {
     pub(crate) source: String,
     /// What is compared. Empty: all probes, with the finest run.
     pub(crate) quantities: Vec<Quantity>,
+    /// Values of the scene that every run has: key and value.
+    pub(crate) set: Vec<(String, Level)>,
     /// What is varied; the last one is the axis of the order fit, coarse to fine.
     pub(crate) vary: Vec<Factor>,
     /// What must hold.
@@ -103,6 +105,8 @@ pub(crate) enum Reference {
     Exact(Formula),
     /// Time \[s\] and value, compared at these times.
     Table(Vec<(f64, f64)>),
+    /// Anything between two values, in the unit of the probe: the distance from them counts.
+    Between([f64; 2]),
     /// The finest run of the study, compared at the times of the run.
     Finest,
 }
@@ -127,6 +131,12 @@ pub(crate) enum Invariant {
         /// Replaces the energy at the start \[J\].
         scale: Option<f64>,
     },
+    /// Total energy: by how much it rises above the start, over `scale` \[J\] or the start itself. What is lost to
+    /// friction, damping and plasticity is no error.
+    EnergyRise {
+        /// Replaces the energy at the start \[J\].
+        scale: Option<f64>,
+    },
     /// Momentum: what the impulses do not explain, over the largest gross momentum of the run.
     Momentum,
 }
@@ -134,6 +144,9 @@ pub(crate) enum Invariant {
 /// What must hold.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Gate {
+    /// Name by which a negative control calls it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) name: Option<String>,
     /// Which runs: key and value, as they are varied. Empty: all.
     pub(crate) r#where: Vec<(String, String)>,
     /// Which quantity; the error of the case where none is named.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::case::Case;
+use super::case::{Case, Level};
 use super::design::{Settings, settings};
 use super::evaluate::{Finished, evaluate};
 use super::fingerprint;
@@ -58,7 +58,7 @@ pub(crate) async fn conduct(
 ) -> Result<Option<CaseResult>, Error> {
     let source = scene_source::load(&case.scene)?;
     let all = settings(&case.vary);
-    check(&source, &all)?;
+    check(&source, &case.set, &all)?;
     let mut finished = Vec::new();
     for (i, settings) in all.iter().enumerate() {
         tell(News::Begins(i + 1, all.len(), settings.name()));
@@ -71,11 +71,25 @@ pub(crate) async fn conduct(
     Ok(Some(evaluate(case, &finished)))
 }
 
+/// Runs a scene that nothing is varied in; none where the user has stopped it.
+///
+/// # Errors
+/// This machine refuses what is needed to run it. A run that fails is no error but a result.
+pub(crate) async fn once(
+    case: &Case,
+    conditions: Conditions<'_>,
+    signals: &mut Signals,
+) -> Result<Option<Finished>, Error> {
+    let source = scene_source::load(&case.scene)?;
+    repeat(case, &source, &Settings { values: Vec::new() }, conditions, signals).await
+}
+
 /// A scene that none of the values fits is a mistake, not a study of refusals.
-fn check(source: &Source, all: &[Settings]) -> Result<(), Error> {
+fn check(source: &Source, set: &[(String, Level)], all: &[Settings]) -> Result<(), Error> {
     let mut first = None;
     for settings in all {
-        match scene_source::parse(source, &settings.overrides(), Paint::stderr()) {
+        let overrides: Vec<String> = fixed(set).chain(settings.overrides()).collect();
+        match scene_source::parse(source, &overrides, Paint::stderr()) {
             Ok(_) => return Ok(()),
             Err(error) => {
                 first.get_or_insert(error);
@@ -83,6 +97,11 @@ fn check(source: &Source, all: &[Settings]) -> Result<(), Error> {
         }
     }
     first.map_or(Ok(()), Err)
+}
+
+/// Values that every run has, as changes for `cosplat run --set`.
+fn fixed(set: &[(String, Level)]) -> impl Iterator<Item = String> {
+    set.iter().map(|(key, level)| format!("{key}={}", level.toml))
 }
 
 async fn repeat(
@@ -93,7 +112,7 @@ async fn repeat(
     signals: &mut Signals,
 ) -> Result<Option<Finished>, Error> {
     let mut overrides: Vec<String> = WITHOUT.map(str::to_owned).to_vec();
-    overrides.extend(settings.overrides());
+    overrides.extend(fixed(&case.set).chain(settings.overrides()));
     let hash = match scene_source::parse(source, &overrides, Paint::stderr()) {
         Ok((scene, _)) => fingerprint::of_run(conditions.program, source, &scene, &overrides),
         // It will be refused, whatever the files are that it would have named.
@@ -148,8 +167,8 @@ mod tests {
     fn a_key_that_no_scene_has_is_a_mistake_and_a_value_that_does_not_fit_is_a_result() {
         let source = scene_source::load("oscillator").unwrap();
         let of = |key: &str, values: &[&str]| {
-            let values = values.iter().map(|v| super::super::case::Level::of(v)).collect();
-            check(&source, &settings(&[super::super::case::Factor { key: key.into(), values }]))
+            let values = values.iter().map(|v| Level::of(v)).collect();
+            check(&source, &[], &settings(&[super::super::case::Factor { key: key.into(), values }]))
         };
         assert!(of("clock.window", &["-1", "0.01"]).is_ok());
         let error = of("clock.windw", &["0.02", "0.01"]).unwrap_err();

@@ -2,7 +2,7 @@
 
 use super::case::{Case, Comparison, Invariant, Kind, Measure, Quantity, Reference};
 use super::design::Settings;
-use super::outcome::{Class, complaints};
+use super::outcome::{Class, complaints, reported};
 use super::result::{CaseResult, Cost, Group, Measured, Row};
 use super::trial::Trial;
 use super::{front, gate, norm, order};
@@ -26,11 +26,22 @@ pub(crate) struct Finished {
 }
 
 impl Finished {
-    fn probes(&self) -> Option<&Table> {
+    pub(crate) fn probes(&self) -> Option<&Table> {
         self.trials.first().map(|trial| &trial.probes)
     }
 
-    fn curve(&self, column: &str) -> Vec<(f64, f64)> {
+    /// Summary of the first, where it has a result.
+    pub(crate) fn summary(&self) -> Option<&Summary> {
+        let first = self.trials.first().filter(|t| matches!(t.class(), Class::Correct | Class::Degraded))?;
+        first.summary.as_ref()
+    }
+
+    /// What the first complained about.
+    pub(crate) fn complaint(&self) -> Option<String> {
+        self.trials.first()?.end.why.clone()
+    }
+
+    pub(crate) fn curve(&self, column: &str) -> Vec<(f64, f64)> {
         self.probes().and_then(|table| table.curve(column)).unwrap_or_default()
     }
 }
@@ -73,7 +84,7 @@ pub(crate) fn evaluate(case: &Case, finished: &[Finished]) -> CaseResult {
 
 /// Every column of the probes that moves, scaled by how far its probe moves: a component that stays where it is would
 /// have no norm of its own.
-fn from_probes(table: &Table) -> Vec<Quantity> {
+pub(crate) fn from_probes(table: &Table) -> Vec<Quantity> {
     let names: Vec<&str> = table.value_names().collect();
     let probe = |name: &str| name.rsplit_once('.').map_or(name, |(probe, _)| probe).to_owned();
     let motion = |name: &str| {
@@ -118,7 +129,8 @@ fn row(finished: &Finished, quantities: &[Quantity], all: &[Finished]) -> Row {
     row.substeps = Some(summary.processes.iter().map(|p| p.substeps).sum());
     row.energy_drift = energy_drift(summary, None);
     row.momentum_defect = Some(momentum_defect(summary));
-    row.complaints = complaints(summary);
+    row.complaints = complaints(summary).map(|c| c.2).sum();
+    row.reported = reported(summary);
     row.state_hash.clone_from(&summary.state_hash);
     row.cost = Some(cost(&finished.trials));
     let error = |quantity: &Quantity| match &quantity.kind {
@@ -127,6 +139,7 @@ fn row(finished: &Finished, quantities: &[Quantity], all: &[Finished]) -> Row {
             norm::error(&finished.curve(&quantity.name), comparison, &finest)
         }
         Kind::Invariant(Invariant::Energy { scale }) => energy_drift(summary, *scale),
+        Kind::Invariant(Invariant::EnergyRise { scale }) => energy_rise(summary, *scale),
         Kind::Invariant(Invariant::Momentum) => row.momentum_defect,
     };
     row.errors = quantities.iter().map(error).collect();
@@ -157,6 +170,14 @@ fn energy_drift(summary: &Summary, scale: Option<f64>) -> Option<f64> {
     (scale > 0.0).then(|| deviation / scale)
 }
 
+/// Largest rise of the total energy above its start, over a scale \[J\] or over the start itself.
+fn energy_rise(summary: &Summary, scale: Option<f64>) -> Option<f64> {
+    let total = summary.energy.iter().find(|e| e.name == "total")?;
+    let start = total.initial_j.unwrap_or(total.first_j);
+    let scale = scale.unwrap_or(start.abs());
+    (scale > 0.0).then(|| (total.max_j - start).max(0.0) / scale)
+}
+
 /// The worst of all interfaces; without interfaces, the worst closure of a process.
 fn momentum_defect(summary: &Summary) -> f64 {
     let interfaces = summary.interfaces.iter().map(|i| i.momentum_defect);
@@ -164,8 +185,13 @@ fn momentum_defect(summary: &Summary) -> f64 {
     interfaces.chain(closures).fold(0.0, f64::max)
 }
 
+/// Wall time inside the windows \[s\].
+pub(crate) fn wall_s(summary: &Summary) -> f64 {
+    summary.processes.iter().map(|p| p.compute_s + p.wait_s + p.transfer_s).fold(0.0, f64::max)
+}
+
 fn cost(trials: &[Trial]) -> Cost {
-    let inside = |s: &&Summary| s.processes.iter().map(|p| p.compute_s + p.wait_s + p.transfer_s).fold(0.0, f64::max);
+    let inside = |s: &&Summary| wall_s(s);
     let mut summaries: Vec<&Summary> = trials.iter().filter_map(|trial| trial.summary.as_ref()).collect();
     summaries.sort_by(|a, b| inside(a).total_cmp(&inside(b)));
     let Some(middle) = summaries.get((summaries.len().max(1) - 1) / 2) else { return Cost::default() };
@@ -227,11 +253,14 @@ fn measured(quantity: &Quantity) -> Measured {
             let reference = match &comparison.reference {
                 Reference::Exact(formula) => formula.text().to_owned(),
                 Reference::Table(points) => format!("a table of {} points", points.len()),
+                Reference::Between([least, most]) => format!("between {least} and {most}"),
                 Reference::Finest => "the finest run".to_owned(),
             };
             (Some(comparison.measure), reference)
         }
-        Kind::Invariant(Invariant::Energy { .. }) => (None, "the total energy at the start".to_owned()),
+        Kind::Invariant(Invariant::Energy { .. } | Invariant::EnergyRise { .. }) => {
+            (None, "the total energy at the start".to_owned())
+        }
         Kind::Invariant(Invariant::Momentum) => (None, "the impulses that explain it".to_owned()),
     };
     Measured { name: quantity.name.clone(), measure, reference }

@@ -4,8 +4,11 @@
 //! process of its own, and compared: errors, their split into coupling and solvers, orders of convergence, the cheapest
 //! run for a given error, and gates with the reason why each must hold.
 
+pub(crate) mod ablation;
 pub(crate) mod case;
+pub(crate) mod catalogue;
 pub(crate) mod conduct;
+pub(crate) mod control;
 mod design;
 pub(crate) mod evaluate;
 pub(crate) mod fingerprint;
@@ -20,6 +23,8 @@ mod read_gate;
 pub(crate) mod result;
 pub(crate) mod rows;
 mod section;
+pub(crate) mod stability;
+pub(crate) mod suite;
 mod table;
 pub(crate) mod text;
 mod trial;

@@ -41,6 +41,7 @@ fn pairs(curve: &Curve, comparison: &Comparison, finest: &Curve) -> Vec<Pair> {
     let triples: Vec<(f64, f64, f64)> = match &comparison.reference {
         Reference::Exact(formula) => curve.iter().map(|&(t, v)| (t, v, formula.at(t))).collect(),
         Reference::Table(table) => table.iter().filter_map(|&(t, r)| Some((t, at(curve, t)?, r))).collect(),
+        Reference::Between([least, most]) => curve.iter().map(|&(t, v)| (t, v, v.clamp(*least, *most))).collect(),
         Reference::Finest => curve.iter().filter_map(|&(t, v)| Some((t, v, at(finest, t)?))).collect(),
     };
     let mut before = None;

@@ -27,13 +27,34 @@ pub(crate) const CLASSES: [(&str, Class); 4] = [
 ];
 
 /// Counters of the solvers of this project that say how much was done, not that anything went wrong. Whatever else is
-/// counted, by these solvers or by foreign ones, is a complaint.
-const WORK: [&str; 5] = ["boundary-particles", "contact-passes", "contact-places", "largest-compression-1e-6", "sorts"];
+/// counted, by these solvers or by foreign ones, is a complaint; `contact-unsettled` is judged as an estimate, by its share.
+const WORK: [&str; 9] = [
+    "contact-passes",
+    "contact-places",
+    "contact-unsettled",
+    "contacts",
+    "largest-boundary-particles",
+    "largest-compression-1e-6",
+    "largest position correction [nm]",
+    "pressure-iterations",
+    "sorts",
+];
 
-/// Clamps, quarantines, overflows and the like of a run.
-pub(crate) fn complaints(summary: &Summary) -> u64 {
-    let all = summary.counters.values().flatten();
-    all.filter(|(name, _)| !WORK.contains(&name.as_str())).map(|(_, times)| times).sum()
+/// Clamps, quarantines, overflows and the like of a run: process, name and how many.
+pub(crate) fn complaints(summary: &Summary) -> impl Iterator<Item = (&str, &str, u64)> {
+    let all = summary.counters.iter().flat_map(|(process, counters)| counters.iter().map(move |c| (process, c)));
+    let said = all.map(|(process, (name, times))| (process.as_str(), name.as_str(), *times));
+    said.filter(|(_, name, times)| !WORK.contains(name) && *times > 0)
+}
+
+/// What a run says against itself, in words: red verdicts first, then complaints.
+pub(crate) fn reported(summary: &Summary) -> Vec<String> {
+    let red = summary.verdicts.iter().filter(|v| !v.passed);
+    let red = red.map(|v| format!("verdict {} of {}: {:.2e} above {:.0e}", v.name, v.of, v.value, v.limit));
+    let high = summary.estimates.iter().filter(|e| e.is_high).map(|e| format!("{}: {}", e.of, e.meaning));
+    red.chain(high)
+        .chain(complaints(summary).map(|(process, name, times)| format!("{process}: {times} {name}")))
+        .collect()
 }
 
 impl Class {

@@ -75,8 +75,19 @@ fn read(file: &Path, root: &Section<'_>) -> Case {
             .into(),
         gates: gates(root, &quantities, &vary),
         quantities,
+        set: root.get("set").map(|item| set(&item)).unwrap_or_default(),
         vary,
     }
+}
+
+/// Values that every run has.
+pub(super) fn set(item: &Item<'_>) -> Vec<(String, Level)> {
+    if !matches!(item.value.get_ref(), DeValue::Table(_)) {
+        item.error("must be a table of keys of the scene with a value of each");
+        return Vec::new();
+    }
+    let top = Item { path: String::new(), ..item.clone() };
+    top.leaves().iter().map(|leaf| (leaf.path.clone(), Level::of(leaf.raw()))).collect()
 }
 
 /// The scene as `cosplat run` takes it.
@@ -105,7 +116,7 @@ fn quantities(root: &Section<'_>, folder: &Path) -> Vec<Quantity> {
 }
 
 /// Keys of a quantity that has a reference.
-const COMPARED: [&str; 7] = ["exact", "table", "measure", "scale", "spread", "from", "until"];
+const COMPARED: [&str; 8] = ["exact", "table", "between", "measure", "scale", "spread", "from", "until"];
 
 fn quantity(section: &Section<'_>, folder: &Path) -> Option<Quantity> {
     let (probe, invariant) = (section.get("probe"), section.get("invariant"));
@@ -117,7 +128,9 @@ fn quantity(section: &Section<'_>, folder: &Path) -> Option<Quantity> {
         (None, Some(invariant)) => {
             let scale = section.positive("scale");
             let energy = Invariant::Energy { scale };
-            let kind = invariant.word(&[("energy", energy), ("momentum", Invariant::Momentum)])?;
+            let rise = Invariant::EnergyRise { scale };
+            let words = [("energy", energy), ("energy-rise", rise), ("momentum", Invariant::Momentum)];
+            let kind = invariant.word(&words)?;
             Some(Quantity { name: invariant.text()?.to_owned(), kind: Kind::Invariant(kind) })
         }
         (Some(_), Some(two)) => {
@@ -135,27 +148,44 @@ fn quantity(section: &Section<'_>, folder: &Path) -> Option<Quantity> {
 }
 
 fn comparison(section: &Section<'_>, folder: &Path) -> Option<Comparison> {
-    let (exact, table) = (section.get("exact"), section.get("table"));
+    let (exact, table, between) = (section.get("exact"), section.get("table"), section.get("between"));
     let measures = [("l2", Measure::L2), ("max", Measure::Max), ("final", Measure::Final)];
     let measure = section.get("measure").and_then(|item| item.word(&measures)).unwrap_or(Measure::L2);
-    let scale = section.positive("scale");
+    let mut scale = section.positive("scale");
     let spread = section.positive("spread").unwrap_or(0.0);
     let from_s = section.get("from").and_then(|item| item.number()).unwrap_or(0.0);
     let until_s = section.positive("until").unwrap_or(f64::INFINITY);
-    let reference = match (exact, table) {
-        (Some(item), None) => Reference::Exact(formula(&item)?),
-        (None, Some(item)) => Reference::Table(item.table(|section| reference_table(section, folder))?),
-        (Some(_), Some(item)) => {
-            item.error("and `exact` exclude each other");
+    let reference = match (exact, table, between) {
+        (Some(item), None, None) => Reference::Exact(formula(&item)?),
+        (None, Some(item), None) => Reference::Table(item.table(|section| reference_table(section, folder))?),
+        (None, None, Some(item)) => {
+            let [least, most] = bounds(&item)?;
+            scale.get_or_insert(most - least);
+            Reference::Between([least, most])
+        }
+        (Some(item), Some(_), _) | (Some(item), _, Some(_)) | (_, Some(_), Some(item)) => {
+            item.error("is one reference too many: `exact`, `table` and `between` exclude each other");
             return None;
         }
-        (None, None) => {
-            let help = "write `exact = \"FORMULA OF t\"` or `table = { file = …, time = …, value = … }`";
+        (None, None, None) => {
+            let help = "write `exact = \"FORMULA OF t\"`, `table = { file = …, time = …, value = … }` or `between = [LEAST, MOST]`";
             section.error("has no reference", Some(help.into()));
             return None;
         }
     };
     Some(Comparison { reference, measure, scale, from_s, until_s, spread })
+}
+
+/// The ends of an interval.
+fn bounds(item: &Item<'_>) -> Option<[f64; 2]> {
+    let numbers: Vec<f64> = item.items().iter().filter_map(Item::number).collect();
+    match numbers.as_slice() {
+        [least, most] if least < most => Some([*least, *most]),
+        _ => {
+            item.error("must be the smallest and the largest value that is right, as in [0, 0.5]");
+            None
+        }
+    }
 }
 
 fn formula(item: &Item<'_>) -> Option<Formula> {
@@ -183,11 +213,16 @@ fn reference_table(section: &Section<'_>, folder: &Path) -> Option<Vec<(f64, f64
 
 fn vary(root: &Section<'_>) -> Vec<Factor> {
     let Some(item) = root.get("vary") else { return Vec::new() };
+    factors(&item)
+}
+
+/// Keys of the scene with the values of each.
+pub(super) fn factors(item: &Item<'_>) -> Vec<Factor> {
     if !matches!(item.value.get_ref(), DeValue::Table(_)) {
         item.error("must be a table of keys of the scene with the values of each");
         return Vec::new();
     }
-    let top = Item { path: String::new(), ..item };
+    let top = Item { path: String::new(), ..item.clone() };
     let factor = |leaf: &Item<'_>| {
         let values: Vec<Level> = leaf.items().iter().map(|value| Level::of(value.raw())).collect();
         if values.is_empty() {

@@ -12,6 +12,7 @@ pub(super) fn gates(root: &Section<'_>, quantities: &[Quantity], vary: &[Factor]
 }
 
 fn gate(section: &Section<'_>, quantities: &[Quantity], vary: &[Factor]) -> Option<Gate> {
+    let name = section.get("name").and_then(|item| item.text().map(str::to_owned));
     let place = section.get("where").map(|item| place(&item, vary)).unwrap_or_default();
     let quantity = section.get("quantity").and_then(|item| {
         let name = item.text()?;
@@ -33,7 +34,7 @@ fn gate(section: &Section<'_>, quantities: &[Quantity], vary: &[Factor]) -> Opti
             return None;
         }
     };
-    Some(Gate { r#where: place, quantity, claim, reason: reason?.text()?.to_owned() })
+    Some(Gate { name, r#where: place, quantity, claim, reason: reason?.text()?.to_owned() })
 }
 
 fn order_range(item: &Item<'_>, vary: &[Factor], place: &[(String, String)]) -> Option<Claim> {

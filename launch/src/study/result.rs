@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::case::{Factor, Gate, Measure};
+use super::case::{Claim, Factor, Gate, Measure};
 use super::front::Cheapest;
 use super::order::Fit;
 use super::outcome::Class;
@@ -84,6 +84,8 @@ pub(crate) struct Row {
     pub(crate) momentum_defect: Option<f64>,
     /// Clamps, quarantines, overflows and the like; counts of work done are not in it.
     pub(crate) complaints: u64,
+    /// What the run says against itself: red verdicts, and what it clamped, lost or left unfinished.
+    pub(crate) reported: Vec<String>,
     /// Chain of all states.
     pub(crate) state_hash: Option<String>,
     /// Folder of its first repetition.
@@ -169,7 +171,19 @@ pub(crate) struct Judged {
     pub(crate) measured: String,
 }
 
+impl Judged {
+    /// Whether it claims how runs end.
+    pub(crate) fn is_outcome(&self) -> bool {
+        matches!(self.gate.claim, Claim::Outcome(_))
+    }
+}
+
 impl CaseResult {
+    /// Whether every run ends as a gate says that it ends.
+    pub(crate) fn has_its_outcomes(&self) -> bool {
+        self.gates.iter().all(|judged| !judged.is_outcome() || judged.passed != Some(false))
+    }
+
     /// Whether all gates held that were judged.
     pub(crate) fn is_green(&self) -> bool {
         self.gates.iter().all(|judged| judged.passed != Some(false))

@@ -42,7 +42,7 @@ pub(crate) struct End {
 impl Trial {
     /// How it counts.
     pub(crate) fn class(&self) -> Class {
-        let class = Class::of(self.end.code, self.summary.as_ref().map_or(0, complaints));
+        let class = Class::of(self.end.code, self.summary.as_ref().map_or(0, |s| complaints(s).map(|c| c.2).sum()));
         let has_result = self.summary.is_some();
         if matches!(class, Class::Correct | Class::Degraded) && !has_result { Class::Failed } else { class }
     }

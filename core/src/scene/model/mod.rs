@@ -189,4 +189,25 @@ pub struct RunSpec {
 pub enum Break {
     /// Responders throw the impulses they receive away.
     DropReaction,
+    /// Responders take a quarter more than they receive.
+    StrongReaction,
+    /// Rigid responders throw the moment of the impulses away that they receive.
+    DropMoment,
+    /// Everybody is shown partners as they were a step ago.
+    StaleBoundary,
+}
+
+impl Break {
+    /// Every fault with the name that a scene gives it.
+    pub const ALL: [(&'static str, Self); 4] = [
+        ("drop-reaction", Self::DropReaction),
+        ("strong-reaction", Self::StrongReaction),
+        ("drop-moment", Self::DropMoment),
+        ("stale-boundary", Self::StaleBoundary),
+    ];
+
+    /// Whether it falsifies impulses, so that it does nothing where none cross.
+    pub fn needs_impulses(self) -> bool {
+        self != Self::StaleBoundary
+    }
 }

@@ -155,7 +155,7 @@ pub(super) fn run(root: &Fields<'_>) -> RunSpec {
         join_limit_s: fields.num_or("join_limit", DEFAULT_JOIN_LIMIT_S, TIME),
         silence_limit_s: fields.num_or("silence_limit", DEFAULT_SILENCE_LIMIT_S, TIME),
         rigidify: fields.or("rigidify", true, |at| at.flag()),
-        break_with: fields.opt("break", |at| at.word(&[("drop-reaction", Break::DropReaction)])).flatten(),
+        break_with: fields.opt("break", |at| at.word(&Break::ALL)).flatten(),
     };
     let default = RunSpec {
         threads: None,

@@ -1,6 +1,7 @@
 //! `study.html`: what results are worth, and what they take. One file without scripts.
 
 mod plots;
+mod suites;
 mod tables;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -8,8 +9,10 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::number::maybe;
 use super::parts::command;
 use super::tables::table;
+use crate::study::catalogue::Entry;
 use crate::study::result::{CaseResult, Row};
 use plots::{order_plot, split_plot, work_precision};
+pub(crate) use suites::{ablation, controls, stability};
 use tables::{cheapest, fits, gates, quantities, runs};
 
 /// Everything that the page tells.
@@ -17,6 +20,8 @@ use tables::{cheapest, fits, gates, quantities, runs};
 pub(crate) struct Page<'a> {
     /// Cases with their runs.
     pub(crate) cases: &'a [CaseResult],
+    /// Published cases, and which of these answer them; empty where the study is about others.
+    pub(crate) catalogue: &'a [Entry],
     /// How the study was started, program first.
     pub(crate) command: &'a [String],
     /// Version of the program.
@@ -53,6 +58,9 @@ pub(crate) fn html(page: &Page<'_>) -> String {
                 }
                 main {
                     @if !is_one { (matrix(page.cases)) }
+                    @if !page.catalogue.is_empty() {
+                        section id="catalogue" { h2 { "Published cases" } (catalogue(page)) }
+                    }
                     @for case in page.cases {
                         section id=(case.name) {
                             @if !is_one { h2 { (case.title) } }
@@ -70,6 +78,24 @@ pub(crate) fn html(page: &Page<'_>) -> String {
         }
     };
     markup.into_string()
+}
+
+/// One line a published case: what answers it, or why nothing does.
+fn catalogue(page: &Page<'_>) -> Markup {
+    let head =
+        [("Published", ""), ("What it asks", ""), ("Case", ""), ("Smallest error", "n"), ("Gates", ""), ("Note", "")];
+    let row = |entry: &Entry| {
+        let found: Vec<&CaseResult> = page.cases.iter().filter(|case| entry.cases.contains(&case.name)).collect();
+        vec![
+            html! { strong { (entry.id) } },
+            html! { (entry.title) },
+            html! { @for case in &found { div { a href={ "#" (case.name) } { (case.name) } } } },
+            html! { @for case in &found { div { (maybe(case.smallest_error())) } } },
+            html! { @for case in &found { div { (gates_in_short(case)) } } },
+            html! { (entry.note) },
+        ]
+    };
+    table(&head, page.catalogue.iter().map(row).collect())
 }
 
 /// One line a case.
@@ -158,6 +184,7 @@ mod tests {
         let costs: Vec<_> = rows.iter().map(Row::work_and_error).collect();
         let fit = order::fit(&[(0.02, 0.04), (0.01, 0.01), (0.005, 0.0025)]);
         let gate = Gate {
+            name: None,
             r#where: Vec::new(),
             quantity: Some("a.x".into()),
             claim: Claim::Order([1.9, 2.1]),
@@ -183,7 +210,10 @@ mod tests {
     fn a_page_of_one_case_and_one_of_many_hold_what_was_found() {
         let command = ["cosplat".to_owned(), "study".to_owned(), "a b".to_owned()];
         let page = |cases: &[CaseResult]| {
-            let text = html(&Page { cases, command: &command, version: "1.2.3", machine: "a machine" });
+            let catalogue =
+                [Entry { id: "C<1>".into(), title: "t".into(), cases: vec!["one".into()], note: "n".into() }];
+            let text =
+                html(&Page { cases, catalogue: &catalogue, command: &command, version: "1.2.3", machine: "a machine" });
             assert_well_formed(&text);
             text
         };

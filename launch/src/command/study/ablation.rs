@@ -1,0 +1,126 @@
+//! `cosplat study ablation`: what each decision to leave something out changes and saves.
+
+use std::fmt::Write as _;
+
+use clap::Args;
+use serde::Serialize;
+
+use super::{Output, VERSION, conditions, machine, write};
+use crate::exit::{Code, Error, Problem};
+use crate::page;
+use crate::render::{Paint, json, printable, table, talk};
+use crate::scene_source::{load, parse};
+use crate::study::ablation::{Decision, Worth, case_of, decisions, worth};
+use crate::study::case::Level;
+use crate::study::conduct::once;
+use crate::supervise::signals::Signals;
+
+/// Everything for programs.
+const ANSWER: &str = "ablation.json";
+/// Everything for people.
+const PAGE: &str = "ablation.html";
+
+const EXAMPLES: &str = "\
+Examples:
+  cosplat study ablation oscillator
+  cosplat study ablation ball-on-block --set clock.duration=0.05";
+
+/// `cosplat study ablation`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct AblationArgs {
+    /// Scene file, or name of a built-in scene
+    #[arg(value_name = "SCENE")]
+    scene: String,
+    /// Change a value of the scene; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Repetitions of each run: the median of their times counts
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=100))]
+    runs: u8,
+    #[command(flatten)]
+    pub(super) output: Output,
+}
+
+/// The result for programs.
+#[derive(Debug, Serialize)]
+struct Answer<'a> {
+    /// Version of this program.
+    version: &'a str,
+    /// What it ran on.
+    machine: &'a str,
+    /// Whether nothing changed that was not allowed to.
+    passed: bool,
+    /// The decisions.
+    decisions: &'a [Worth],
+}
+
+/// Runs a scene with each decision the other way round.
+///
+/// # Errors
+/// The scene cannot be used or has no result, or a file cannot be written.
+pub(super) async fn ablation(args: &AblationArgs, signals: &mut Signals) -> Result<Code, Error> {
+    let (scene, _) = parse(&load(&args.scene)?, &args.set, Paint::stderr())?;
+    let out = args.output.folder(&format!("{}-ablation", scene.name))?;
+    let conditions = conditions(&out, usize::from(args.runs))?;
+    let given = args.set.iter().filter_map(|change| change.split_once('='));
+    let given: Vec<_> = given.map(|(key, value)| (key.to_owned(), Level::of(value))).collect();
+    let Some(plain) = once(&case_of(&args.scene, "as-it-is", given.clone()), conditions, signals).await? else {
+        return Ok(Code::Interrupted);
+    };
+    let Some(summary) = plain.summary() else {
+        let problem = Problem::new(format!("`{}` has no result to compare with", args.scene));
+        let why = plain.complaint().unwrap_or_default();
+        return Err(Error::new(Code::Physics, problem.because(why)));
+    };
+    let mut found = Vec::new();
+    for decision in decisions(&scene, summary) {
+        if !args.output.quiet {
+            talk(&format!("{}: {}", decision.name, printable(&decision.instead)));
+        }
+        let set = given.iter().cloned().chain(changes(&decision)).collect();
+        let Some(other) = once(&case_of(&args.scene, &decision.name, set), conditions, signals).await? else {
+            return Ok(Code::Interrupted);
+        };
+        found.push(worth(&decision, &plain, &other));
+    }
+    let passed = found.iter().all(|worth| worth.passed);
+    let machine = machine();
+    let text = json(&Answer { version: VERSION, machine: &machine, passed, decisions: &found })?;
+    let command: Vec<String> = std::env::args().collect();
+    let page = page::study::Page { cases: &[], catalogue: &[], command: &command, version: VERSION, machine: &machine };
+    write(&out, ANSWER, &text)?;
+    write(&out, PAGE, &page::study::ablation(&page, &scene.name, &found))?;
+    let paint = Paint::stdout();
+    let people =
+        human(&found, paint) + &format!("\nwritten to {}\n", paint.cyan(&out.join(PAGE).display().to_string()));
+    args.output.show(&people, &text)?;
+    Ok(if passed { Code::Ok } else { Code::Verdict })
+}
+
+fn changes(decision: &Decision) -> impl Iterator<Item = (String, Level)> {
+    decision.set.iter().map(|(key, value)| (key.clone(), Level::of(value)))
+}
+
+fn human(found: &[Worth], paint: Paint) -> String {
+    let head = ["decision", "the other way round", "state", "probes differ by", "saves [s]", "saves [MiB]", "messages"];
+    let mut lines = vec![head.map(str::to_owned).to_vec()];
+    let number = |value: Option<f64>| value.map_or_else(|| "–".into(), |v| format!("{v:.3}"));
+    lines.extend(found.iter().map(|worth| {
+        let state = match &worth.why_not {
+            Some(why) => why.clone(),
+            None => if worth.same_bytes { "the same bytes" } else { "another" }.to_owned(),
+        };
+        let difference = worth.difference.map_or_else(|| "–".into(), |d| format!("{d:.2e}"));
+        let saved = [number(worth.saved_s), number(worth.saved_mib), worth.saved_messages.to_string()];
+        let cells = [worth.name.clone(), worth.instead.clone(), state, difference].into_iter().chain(saved);
+        cells.map(|cell| printable(&cell)).collect()
+    }));
+    let mut text = format!("{}\n", table(paint, &lines));
+    for worth in found.iter().filter(|worth| !worth.passed) {
+        let line = format!("{}: its indicator says that it has no effect, and the state differs", worth.name);
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{} {}", paint.bad("it matters:"), printable(&line));
+    }
+    text
+}

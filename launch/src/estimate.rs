@@ -1,0 +1,266 @@
+//! How wrong a run is by its own measurements, what that means, and which knob lowers it at which cost.
+//!
+//! A verdict says that something is broken; an estimate says how much of a result is noise of the method. It ends no run.
+
+use cosplat_core::scene::{Material, Scene, Source};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::folder::summary::{Interface, Summary};
+
+/// Part of the energy that moves in a run which an exchange may make or lose before it shows in a result.
+const ENERGY: f64 = 0.01;
+/// Part of the impulses of a link by which its two sides may differ.
+const IMPULSE: f64 = 0.05;
+/// Compression of a weakly compressible liquid: the square of a Mach number of a tenth (Monaghan 1994).
+const COMPRESSION: f64 = 0.01;
+/// Share of substeps in which contact may be left before it is settled: all, because what is left is solved in the next
+/// substep. Where it spoils the exchange, its work shows it.
+const UNSETTLED: f64 = 1.0;
+/// How far contact may set a rigid body aside in a substep \[m\]: the error that rapier allows itself.
+const ASIDE_M: f64 = 1e-3;
+
+/// An estimate of an error.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub(crate) struct Estimate {
+    /// What is estimated.
+    pub(crate) name: String,
+    /// Process or interface.
+    pub(crate) of: String,
+    /// Its size: relative, unless the name says a unit.
+    pub(crate) value: f64,
+    /// Size above which it is worth a thought.
+    pub(crate) usual: f64,
+    /// Whether it is above.
+    pub(crate) is_high: bool,
+    /// What it means for this scene.
+    pub(crate) meaning: String,
+    /// What lowers it, at which cost.
+    pub(crate) remedy: String,
+}
+
+/// Every estimate that the measurements of a run allow, by kind.
+pub(crate) fn estimates(summary: &Summary) -> Vec<Estimate> {
+    if summary.windows == 0 {
+        return Vec::new();
+    }
+    let moved = moved_j(summary);
+    let mut found: Vec<Estimate> = summary.interfaces.iter().filter_map(|i| work(i, moved)).collect();
+    found.extend(summary.interfaces.iter().filter_map(impulse));
+    found.extend(rise(summary, moved));
+    for process in &summary.processes {
+        let Some(counters) = summary.counters.get(&process.name) else { continue };
+        let counted = |name: &str| counters.get(name).copied().unwrap_or_default() as f64;
+        let of = process.name.as_str();
+        found.extend(compression(of, 1e-6 * counted("largest-compression-1e-6")));
+        found.extend(unsettled(of, counted("contact-unsettled"), process.substeps as f64));
+        found.extend(clamps(of, counted("stretch-clamps")));
+        found.extend(aside(of, 1e-9 * counted("largest position correction [nm]")));
+    }
+    found
+}
+
+/// Rigid bodies that are smaller than the distance of the particles they touch: these they can slip between.
+pub(crate) fn resolutions(scene: &Scene, interfaces: &[Interface]) -> Vec<Estimate> {
+    let body = |name: &str| scene.bodies.iter().find(|b| b.name == name);
+    let of = |i: &Interface| {
+        let (resolver, other) = (body(&i.a)?, body(&i.b)?);
+        let (spacing, thickness) = (resolver.spacing_m?, thickness_m(&other.source)?);
+        let is_rigid = matches!(other.material, Material::Rigid { .. });
+        let value = spacing / thickness;
+        let meaning = format!(
+            "`{}` is {thickness} m thick, the particles of `{}` are {spacing} m apart: it can slip between them",
+            other.name, resolver.name
+        );
+        let remedy = "refine the body's `spacing` to half that thickness; each halving costs eight times the particles and \
+                      twice the substeps";
+        (is_rigid && value > 1.0).then(|| estimate("spacing over thickness", &name(i), [value, 1.0], meaning, remedy))
+    };
+    interfaces.iter().filter(|i| i.kind == "contact").filter_map(of).collect()
+}
+
+/// Smallest extent of a body that is given by numbers \[m\].
+fn thickness_m(source: &Source) -> Option<f64> {
+    match *source {
+        Source::Box { size_m } => Some(size_m.into_iter().fold(f64::INFINITY, f64::min)),
+        Source::Sphere { radius_m } => Some(2.0 * radius_m),
+        Source::Cylinder { radius_m, height_m } => Some(height_m.min(2.0 * radius_m)),
+        _ => None,
+    }
+}
+
+/// Part of the energy of a scene at rest below which a change is noise.
+const STILL: f64 = 1e-4;
+
+/// Energy that changed its place \[J\]: the sum over processes of how far theirs went, but not less than what a scene at
+/// rest may tremble.
+fn moved_j(summary: &Summary) -> f64 {
+    let own = summary.energy.iter().filter(|e| summary.processes.iter().any(|p| p.name == e.name));
+    let range = |e: &crate::folder::summary::Energy| {
+        let start = e.initial_j.unwrap_or(e.first_j);
+        e.max_j.max(start) - e.min_j.min(start)
+    };
+    let whole = summary.energy.iter().find(|e| e.name == "total").map_or(0.0, |e| e.max_j.abs().max(e.min_j.abs()));
+    own.map(range).sum::<f64>().max(STILL * whole)
+}
+
+fn estimate(name: &str, of: &str, [value, usual]: [f64; 2], meaning: String, remedy: &str) -> Estimate {
+    // What is no number is never usual.
+    let is_high = value.is_nan() || value > usual;
+    Estimate { name: name.into(), of: of.into(), value, usual, is_high, meaning, remedy: remedy.into() }
+}
+
+fn percent(value: f64) -> String {
+    format!("{:.2} %", 100.0 * value)
+}
+
+fn work(interface: &Interface, moved: f64) -> Option<Estimate> {
+    if moved <= 0.0 {
+        return None;
+    }
+    let value = interface.work_defect.abs() / moved;
+    let is_contact = interface.kind == "contact";
+    let did = match (interface.work_defect > 0.0, is_contact) {
+        (true, _) => "made",
+        (false, true) => "took, by impact and friction as well as by its error,",
+        (false, false) => "took",
+    };
+    let meaning = format!(
+        "the exchange {did} {:.2e} J, {} of the energy that moved in this run",
+        interface.work_defect.abs(),
+        percent(value)
+    );
+    let remedy = "halve `clock.window`: this halves it (serial, parallel) or quarters it (alternating, centred), for \
+                  twice the exchanges";
+    let mut found = estimate("work of the exchange", &name(interface), [value, ENERGY], meaning, remedy);
+    // Contact may take energy; nothing may make it.
+    found.is_high &= !is_contact || interface.work_defect.is_nan() || interface.work_defect > 0.0;
+    Some(found)
+}
+
+fn impulse(interface: &Interface) -> Option<Estimate> {
+    if interface.resolver.is_some() || interface.gross_impulse <= 0.0 {
+        return None;
+    }
+    let value = interface.transfer_defect / interface.gross_impulse;
+    let meaning = format!("the two sides of the link gave impulses that differ by {}", percent(value));
+    let remedy = "halve `clock.window`, or take `clock.link_scheme = \"centred\"`, in which they do not differ, for a \
+                  solver that covers a window in two halves";
+    Some(estimate("impulse of the link", &name(interface), [value, IMPULSE], meaning, remedy))
+}
+
+fn name(interface: &Interface) -> String {
+    format!("{}~{}", interface.a, interface.b)
+}
+
+fn rise(summary: &Summary, moved: f64) -> Option<Estimate> {
+    let total = summary.energy.iter().find(|e| e.name == "total")?;
+    if moved <= 0.0 {
+        return None;
+    }
+    let value = (total.max_j - total.initial_j.unwrap_or(total.first_j)).max(0.0) / moved;
+    let meaning = format!(
+        "the total energy rose by {} of what moved: wind and driven bodies do that, and a coupling that feeds the motion",
+        percent(value)
+    );
+    let remedy = "where nothing drives the scene: halve `clock.window`, or take a serial scheme, which waits instead";
+    Some(estimate("rise of the energy", "total", [value, ENERGY], meaning, remedy))
+}
+
+fn compression(of: &str, value: f64) -> Option<Estimate> {
+    let meaning =
+        format!("the liquid is compressed by up to {}: volumes and levels are off by as much", percent(value));
+    let remedy = "raise the material's `stiffness`: four times the stiffness quarters it, for twice the substeps";
+    (value > 0.0).then(|| estimate("compression", of, [value, COMPRESSION], meaning, remedy))
+}
+
+fn unsettled(of: &str, times: f64, substeps: f64) -> Option<Estimate> {
+    if times == 0.0 || substeps == 0.0 {
+        return None;
+    }
+    let value = times / substeps;
+    let meaning = format!("contact was left before it was settled in {} of the substeps", percent(value));
+    let remedy = "shorten `max_substep_s` of the solver: shorter substeps leave less to settle, for more of them";
+    Some(estimate("unsettled contact", of, [value, UNSETTLED], meaning, remedy))
+}
+
+fn clamps(of: &str, times: f64) -> Option<Estimate> {
+    let meaning =
+        format!("{times} times a particle was stretched beyond what its material law bears and was held there");
+    let remedy =
+        "refine the body's `spacing`, or soften what strikes it; each refinement costs eight times the particles";
+    (times > 0.0).then(|| estimate("stretch clamps", of, [times, 0.0], meaning, remedy))
+}
+
+fn aside(of: &str, value: f64) -> Option<Estimate> {
+    let meaning = format!("contact set a body aside by {:.2e} m in one substep: it was that deep in another", value);
+    let remedy = "shorten `substep_s` of the solver, in proportion to the depth, for as many more substeps";
+    (value > ASIDE_M).then(|| estimate("set aside [m]", of, [value, ASIDE_M], meaning, remedy))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::folder::summary::{Energy, Process};
+
+    fn summary() -> Summary {
+        let text = r#"{"status":"ok","exit_code":0,"failure":null,"scene":"x","windows":3,"window_s":0.1,
+            "window_bound_by":"x","simulated_s":0.3,"wall_s":1.0,"state_hash":null,"verdicts":[],"processes":[],
+            "frames":null,"bodies":[],"interfaces":[],"energy":[],"counters":{},"left_out":[],"files":{}}"#;
+        let mut summary: Summary = serde_json::from_str(text).unwrap();
+        summary.processes = vec![Process { name: "left".into(), substeps: 100, ..Process::default() }];
+        let energy = |name: &str, [start, least, most]: [f64; 3]| Energy {
+            name: name.into(),
+            initial_j: Some(start),
+            min_j: least,
+            max_j: most,
+            ..Energy::default()
+        };
+        summary.energy = vec![energy("left", [1.0, 0.0, 2.0]), energy("total", [1.0, 0.9, 1.1])];
+        summary
+    }
+
+    #[test]
+    fn an_exchange_that_feeds_the_motion_is_high() {
+        let mut summary = summary();
+        let defect = |work_defect| Interface { a: "a".into(), b: "b".into(), work_defect, ..Interface::default() };
+        let contact = Interface { kind: "contact".into(), ..defect(-0.5) };
+        summary.interfaces = vec![defect(0.1), defect(-1e-6), contact];
+        let found = estimates(&summary);
+        // A tenth of a joule of the two that moved.
+        assert!((found[0].value - 0.05).abs() < 1e-12 && found[0].is_high, "{found:?}");
+        assert!(!found[1].is_high && found[1].meaning.contains("took"), "{found:?}");
+        assert!(!found[2].is_high && found[2].meaning.contains("friction"), "{found:?}");
+        assert_eq!((found[3].name.as_str(), found[3].is_high), ("rise of the energy", true));
+    }
+
+    #[test]
+    fn what_can_slip_between_particles_is_told() {
+        let source = crate::scene_source::load("ball-on-block").unwrap();
+        let high = |radius: &str| {
+            let change = format!("body.ball.sphere={radius}");
+            let (scene, _) = crate::scene_source::parse(&source, &[change], crate::render::Paint::off()).unwrap();
+            let interface =
+                Interface { a: "block".into(), b: "ball".into(), kind: "contact".into(), ..Interface::default() };
+            resolutions(&scene, &[interface]).len()
+        };
+        assert_eq!([high("0.06"), high("0.005")], [0, 1]);
+    }
+
+    #[test]
+    fn counters_of_solvers_become_estimates() {
+        let mut summary = summary();
+        let counters = [("largest-compression-1e-6", 20_000), ("contact-unsettled", 1), ("stretch-clamps", 2)];
+        let counters = counters.map(|(name, n)| (name.to_owned(), n)).into();
+        summary.counters = [("left".to_owned(), counters)].into();
+        let found = estimates(&summary);
+        let high: Vec<(&str, bool)> = found.iter().map(|e| (e.name.as_str(), e.is_high)).collect();
+        let expected = [
+            ("rise of the energy", true),
+            ("compression", true),
+            ("unsettled contact", false),
+            ("stretch clamps", true),
+        ];
+        assert_eq!(high, expected);
+    }
+}

@@ -1,0 +1,203 @@
+//! What each decision to leave something out changes, and what it saves: the scene is run again with the decision the
+//! other way round.
+
+use cosplat_core::scene::{Body, Material, Scene, Source};
+use serde::Serialize;
+
+use super::case::{Case, Comparison, Level, Measure, Reference};
+use super::evaluate::{Finished, from_probes, wall_s};
+use super::norm;
+use crate::folder::summary::Summary;
+
+/// A decision that can be taken the other way round.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Decision {
+    /// Short name.
+    pub(crate) name: String,
+    /// What is done the other way round.
+    pub(crate) instead: String,
+    /// Changes of the scene that do so.
+    pub(crate) set: Vec<(String, String)>,
+    /// Whether nothing may change, because the indicator of the decision says that it has no effect.
+    pub(crate) must_not_matter: bool,
+}
+
+/// What a decision is worth.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Worth {
+    /// Short name.
+    pub(crate) name: String,
+    /// What was done the other way round.
+    pub(crate) instead: String,
+    /// Whether nothing was allowed to change.
+    pub(crate) must_not_matter: bool,
+    /// Whether both runs end in the same state, to the bit.
+    pub(crate) same_bytes: bool,
+    /// Largest distance of a probe between the two runs, relative to how far it moves; null where none moves.
+    pub(crate) difference: Option<f64>,
+    /// Wall time inside the windows that the decision saves \[s\].
+    pub(crate) saved_s: Option<f64>,
+    /// Memory of all processes that it saves \[MiB\].
+    pub(crate) saved_mib: Option<f64>,
+    /// Messages over interfaces that it saves.
+    pub(crate) saved_messages: i64,
+    /// Why there is nothing to compare.
+    pub(crate) why_not: Option<String>,
+    /// False where something changed that was not allowed to.
+    pub(crate) passed: bool,
+}
+
+/// All decisions that a scene and its run offer.
+pub(crate) fn decisions(scene: &Scene, summary: &Summary) -> Vec<Decision> {
+    let has = |what: &str| summary.left_out.iter().any(|l| l.what.starts_with(what));
+    let mut found = vec![
+        decision(
+            "idle-process",
+            "an empty solver takes part",
+            &[("solver.idle-solver.plugin", "\"oscillator\"")],
+            true,
+        ),
+        decision("trace", "with `trace.json`", &[("output.trace", "true")], true),
+    ];
+    if scene.output.draws() {
+        let on = ["pictures", "splats", "recording"].map(|key| (format!("output.{key}"), "true".to_owned()));
+        found.push(Decision {
+            set: on.into(),
+            ..decision("frames", "frames are drawn, written and recorded", &[], true)
+        });
+    }
+    if has("deformation of body") {
+        found.push(decision("rigidify", "every body deforms", &[("run.rigidify", "false")], false));
+    }
+    for body in &scene.bodies {
+        found.extend(of_material(body, &has));
+    }
+    for (name, spec) in &scene.solvers {
+        let plugin = spec.plugin.as_deref().unwrap_or(name);
+        if plugin == "pbd" && !has("self-collision") {
+            let key = format!("solver.{name}.params.self_collision");
+            let set = vec![(key, "false".to_owned())];
+            found.push(Decision { set, ..decision("self-collision", "cloth passes through itself", &[], false) });
+        }
+    }
+    if scene.pairs.is_empty() {
+        let idle = summary.interfaces.iter().filter(|i| i.kind == "contact" && i.gross_impulse == 0.0);
+        found.extend(idle.map(|i| {
+            let pair = format!("[{{ a = \"{}\", b = \"{}\", enabled = false }}]", i.a, i.b);
+            let instead = format!("`{}` and `{}`, which never met, do not exchange", i.a, i.b);
+            Decision {
+                set: vec![("pair".into(), pair)],
+                ..decision(&format!("pair-{}-{}", i.a, i.b), &instead, &[], true)
+            }
+        }));
+    }
+    found
+}
+
+fn decision(name: &str, instead: &str, set: &[(&str, &str)], must_not_matter: bool) -> Decision {
+    let set = set.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
+    Decision { name: name.into(), instead: instead.into(), set, must_not_matter }
+}
+
+/// Decisions about what a body is made of. What a solver leaves out may as well not stand in the scene.
+fn of_material(body: &Body, has: &impl Fn(&str) -> bool) -> Vec<Decision> {
+    let name = &body.name;
+    let of = |feature: &str, key: &str, value: &str, must_not_matter| {
+        let set = vec![(format!("body.{name}.{key}"), value.to_owned())];
+        let instead = format!("`{name}` without {feature}");
+        Decision { set, ..decision(&format!("{}-{name}", feature.replace(' ', "-")), &instead, &[], must_not_matter) }
+    };
+    let mut found = Vec::new();
+    if let Material::SphLiquid { surface_tension_n_m, viscosity_pa_s, .. } = body.material {
+        if surface_tension_n_m > 0.0 && has(&format!("surface tension of `{name}`")) {
+            found.push(of("surface tension", "material.surface_tension", "0", true));
+        }
+        if viscosity_pa_s > 0.0 {
+            let is_left_out = has(&format!("the viscosity of `{name}`"));
+            found.push(of("viscosity", "material.viscosity", "0", is_left_out));
+        }
+    }
+    if matches!(body.material, Material::Cloth { .. }) && has("relaxation factors") {
+        found.push(of("relaxation", "material.stretch_relaxation", "1", true));
+    }
+    if matches!(body.source, Source::Splat { .. }) {
+        found.push(of("inside", "splat.fill", "\"none\"", false));
+    }
+    found
+}
+
+/// The case of a scene with changes.
+pub(crate) fn case_of(scene: &str, name: &str, set: Vec<(String, Level)>) -> Case {
+    Case {
+        name: name.to_owned(),
+        title: String::new(),
+        scene: scene.to_owned(),
+        source: String::new(),
+        quantities: Vec::new(),
+        set,
+        vary: Vec::new(),
+        gates: Vec::new(),
+    }
+}
+
+/// Compares the run as it is with the run the other way round.
+pub(crate) fn worth(decision: &Decision, plain: &Finished, other: &Finished) -> Worth {
+    let summaries = (plain.summary(), other.summary());
+    let hash = |summary: Option<&Summary>| summary.and_then(|s| s.state_hash.clone());
+    let same_bytes = hash(summaries.0).is_some() && hash(summaries.0) == hash(summaries.1);
+    let both = summaries.0.zip(summaries.1);
+    let memory = |s: &Summary| s.processes.iter().map(|p| p.peak_rss_mib).sum::<Option<f64>>();
+    let messages = |s: &Summary| (2 * s.windows * s.interfaces.len() as u64).cast_signed();
+    Worth {
+        name: decision.name.clone(),
+        instead: decision.instead.clone(),
+        must_not_matter: decision.must_not_matter,
+        same_bytes,
+        difference: difference(plain, other),
+        saved_s: both.map(|(plain, other)| wall_s(other) - wall_s(plain)),
+        saved_mib: both.and_then(|(plain, other)| Some(memory(other)? - memory(plain)?)),
+        saved_messages: both.map_or(0, |(plain, other)| messages(other) - messages(plain)),
+        why_not: both.is_none().then(|| other.complaint().unwrap_or_else(|| "it has no result".into())),
+        passed: same_bytes || !decision.must_not_matter,
+    }
+}
+
+/// Largest distance of a probe between two runs.
+fn difference(plain: &Finished, other: &Finished) -> Option<f64> {
+    let quantities = from_probes(plain.probes()?);
+    let apart = quantities.iter().filter_map(|quantity| {
+        let super::case::Kind::Probe(known) = &quantity.kind else { return None };
+        let comparison = Comparison { reference: Reference::Finest, measure: Measure::L2, ..(**known).clone() };
+        norm::error(&other.curve(&quantity.name), &comparison, &plain.curve(&quantity.name))
+    });
+    apart.reduce(f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::Paint;
+    use crate::scene_source::{load, parse};
+
+    fn names(scene: &str, left_out: &str) -> Vec<(String, bool)> {
+        let (scene, _) = parse(&load(scene).unwrap(), &[], Paint::off()).unwrap();
+        let text = format!(
+            r#"{{"status":"ok","exit_code":0,"failure":null,"scene":"x","windows":3,"window_s":0.1,
+            "window_bound_by":"x","simulated_s":0.3,"wall_s":1.0,"state_hash":null,"verdicts":[],"processes":[],
+            "frames":null,"bodies":[],"interfaces":[],"energy":[],"counters":{{}},"files":{{}},"left_out":
+            [{{"what":"{left_out}","why":"","indicator":null,"limit":null,"saved":""}}]}}"#
+        );
+        let summary: Summary = serde_json::from_str(&text).unwrap();
+        decisions(&scene, &summary).into_iter().map(|d| (d.name, d.must_not_matter)).collect()
+    }
+
+    #[test]
+    fn decisions_are_those_that_the_scene_offers() {
+        let plain: Vec<String> = names("oscillator", "x").into_iter().map(|d| d.0).collect();
+        assert_eq!(plain, ["idle-process", "trace"]);
+        let water = names("dam-and-raft", "the viscosity of `water` below 1 Pa s");
+        assert!(water.contains(&("viscosity-water".into(), true)), "{water:?}");
+        assert!(names("dam-and-raft", "x").contains(&("viscosity-water".into(), false)));
+        assert!(names("ball-on-block", "deformation of body `block`").contains(&("rigidify".into(), false)));
+    }
+}

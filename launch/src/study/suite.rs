@@ -1,0 +1,123 @@
+//! Cases inside this program, so that its suites run where no sources are.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::exit::Error;
+
+macro_rules! cases {
+    ($($name:literal),* $(,)?) => {
+        [$(($name, include_str!(concat!("../../../tests/verification/", $name)))),*]
+    };
+}
+
+/// Files of `tests/verification`.
+const FILES: [(&str, &str); 64] = cases![
+    "ballistic.study.toml",
+    "ballistic.toml",
+    "budgets.study.toml",
+    "catalogue.toml",
+    "elastic-column.study.toml",
+    "elastic-column.toml",
+    "free-flight.study.toml",
+    "hanging-strip.study.toml",
+    "hanging-strip.toml",
+    "liquid-at-rest.study.toml",
+    "liquid-at-rest.toml",
+    "mass-on-bar.study.toml",
+    "mass-on-bar.toml",
+    "negative-controls.toml",
+    "oscillator.study.toml",
+    "rolling-ball.study.toml",
+    "rolling-ball.toml",
+    "sliding-plate.study.toml",
+    "sliding-plate.toml",
+    "spinning-disc.study.toml",
+    "spinning-disc.toml",
+    "tumbling-top.csv",
+    "tumbling-top.study.toml",
+    "tumbling-top.toml",
+    "vibrating-column.study.toml",
+    "yielding-bar.study.toml",
+    "yielding-bar.toml",
+    "stability/block-and-ball.toml",
+    "stability/bullet.study.toml",
+    "stability/bullet.toml",
+    "stability/cloth-compliance.study.toml",
+    "stability/cloth-impact.study.toml",
+    "stability/cloth-mass.study.toml",
+    "stability/courant.study.toml",
+    "stability/density-ratio.study.toml",
+    "stability/far-1-km.study.toml",
+    "stability/far-100-km.study.toml",
+    "stability/friction-3.study.toml",
+    "stability/impact-100.study.toml",
+    "stability/link-limits.study.toml",
+    "stability/link-mass-ratio.study.toml",
+    "stability/link-stiffness.study.toml",
+    "stability/liquid-courant.study.toml",
+    "stability/liquid-density-ratio.study.toml",
+    "stability/liquid-of-points.study.toml",
+    "stability/liquid-small-raft.study.toml",
+    "stability/liquid-stiff.study.toml",
+    "stability/liquid-viscosity.study.toml",
+    "stability/mass-ratio.study.toml",
+    "stability/no-gravity.study.toml",
+    "stability/overlap.study.toml",
+    "stability/poisson.study.toml",
+    "stability/seed-ground.study.toml",
+    "stability/sheet.toml",
+    "stability/short-windows.study.toml",
+    "stability/small-ball.study.toml",
+    "stability/stack-mass.study.toml",
+    "stability/stack-overlap.study.toml",
+    "stability/stack-restitution.study.toml",
+    "stability/stack.toml",
+    "stability/steep-friction.study.toml",
+    "stability/stiffness-ratio.study.toml",
+    "stability/supersonic.study.toml",
+    "stability/tank.toml",
+];
+
+/// List of the negative controls.
+pub(crate) const CONTROLS: &str = "negative-controls.toml";
+/// Folder of the cases at the edge of what can be computed.
+pub(crate) const STABILITY: &str = "stability";
+
+/// Puts the cases of this program below the folder of a study.
+///
+/// # Errors
+/// A file cannot be written.
+pub(crate) fn unpack(out: &Path) -> Result<PathBuf, Error> {
+    let place = out.join("cases");
+    for (name, text) in FILES {
+        let file = place.join(name);
+        let folder = file.parent().unwrap_or(&place);
+        fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, &e))?;
+        fs::write(&file, text).map_err(|e| Error::io("write", &file, &e))?;
+    }
+    Ok(place)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_case_of_the_sources_is_in_the_program() {
+        let root = Path::new(&std::env::var("CARGO_MANIFEST_DIR").expect("cargo runs the tests"))
+            .join("../tests/verification");
+        let mut there = BTreeSet::new();
+        for folder in ["", "stability"] {
+            for entry in fs::read_dir(root.join(folder)).unwrap() {
+                let name = entry.unwrap().file_name().to_string_lossy().into_owned();
+                if name.ends_with(".toml") || name.ends_with(".csv") {
+                    there.insert(if folder.is_empty() { name } else { format!("{folder}/{name}") });
+                }
+            }
+        }
+        let inside: BTreeSet<String> = FILES.iter().map(|(name, _)| (*name).to_owned()).collect();
+        assert_eq!(inside, there);
+    }
+}
