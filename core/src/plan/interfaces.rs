@@ -194,7 +194,10 @@ fn rank(material: &Material) -> u8 {
         Material::SphLiquid { .. } => 1,
         Material::Cloth { .. } => 2,
         Material::MpmLiquid { .. } => 3,
-        Material::Granular { .. } | Material::Elastic { .. } | Material::Elastoplastic { .. } => 4,
+        Material::Granular { .. }
+        | Material::Snow { .. }
+        | Material::Elastic { .. }
+        | Material::Elastoplastic { .. } => 4,
         Material::PointMass => 5,
         Material::Rigid { .. } => 6,
     }

@@ -7,6 +7,11 @@ use serde::{Deserialize, Serialize};
 /// Source: Becker and Teschner, "Weakly compressible SPH for free surface flows" (2007).
 pub const TAIT_EXPONENT: f64 = 7.0;
 
+/// Published constants of snow: largest elastic compression and extension, hardening.
+///
+/// Source: Stomakhin et al., "A material point method for snow simulation" (2013), table 2.
+pub const SNOW: [f64; 3] = [2.5e-2, 7.5e-3, 10.0];
+
 /// What a body is made of. One material fills the whole body.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -40,7 +45,7 @@ pub enum Material {
         /// Yield stress in uniaxial tension \[Pa\].
         yield_stress_pa: f64,
     },
-    /// Dry frictional grains: elastic inside the Drucker-Prager cone, without cohesion.
+    /// Frictional grains: elastic inside the Drucker-Prager cone.
     Granular {
         /// Bulk mass density \[kg/m³\].
         density_kg_m3: f64,
@@ -50,6 +55,25 @@ pub enum Material {
         poissons_ratio: f64,
         /// Angle of internal friction \[degrees\].
         friction_angle_deg: f64,
+        /// Cohesion of the Mohr-Coulomb criterion \[Pa\]; 0 for dry grains.
+        cohesion_pa: f64,
+    },
+    /// Snow: an elastic solid that breaks where it is stretched or squeezed too far, and hardens as it is packed.
+    ///
+    /// Source: Stomakhin et al., "A material point method for snow simulation" (2013).
+    Snow {
+        /// Mass density \[kg/m³\].
+        density_kg_m3: f64,
+        /// Young's modulus E of unpacked snow \[Pa\].
+        youngs_modulus_pa: f64,
+        /// Poisson's ratio ν.
+        poissons_ratio: f64,
+        /// Largest elastic compression θc: principal stretches stay above `1 - θc`.
+        critical_compression: f64,
+        /// Largest elastic extension θs: principal stretches stay below `1 + θs`.
+        critical_stretch: f64,
+        /// Hardening ξ: both moduli grow by `exp(ξ (1 - J_p))` with the plastic volume ratio `J_p`.
+        hardening: f64,
     },
     /// Weakly compressible liquid without shear stiffness, as material points.
     MpmLiquid {
@@ -57,6 +81,8 @@ pub enum Material {
         density_kg_m3: f64,
         /// Bulk modulus K \[Pa\].
         bulk_modulus_pa: f64,
+        /// Dynamic viscosity \[Pa s\].
+        viscosity_pa_s: f64,
     },
     /// Weakly compressible liquid, as smoothed particles.
     SphLiquid {
@@ -129,6 +155,7 @@ impl Material {
             Self::Elastic { .. } => "elastic",
             Self::Elastoplastic { .. } => "elastoplastic",
             Self::Granular { .. } => "granular",
+            Self::Snow { .. } => "snow",
             Self::MpmLiquid { .. } => "mpm-liquid",
             Self::SphLiquid { .. } => "sph-liquid",
             Self::Cloth { .. } => "cloth",
@@ -143,6 +170,7 @@ impl Material {
             | Self::Elastic { density_kg_m3, .. }
             | Self::Elastoplastic { density_kg_m3, .. }
             | Self::Granular { density_kg_m3, .. }
+            | Self::Snow { density_kg_m3, .. }
             | Self::MpmLiquid { density_kg_m3, .. }
             | Self::SphLiquid { density_kg_m3, .. }
             | Self::Smoke { density_kg_m3, .. } => Some(density_kg_m3),
@@ -155,7 +183,8 @@ impl Material {
         match *self {
             Self::Elastic { youngs_modulus_pa, poissons_ratio, .. }
             | Self::Elastoplastic { youngs_modulus_pa, poissons_ratio, .. }
-            | Self::Granular { youngs_modulus_pa, poissons_ratio, .. } => {
+            | Self::Granular { youngs_modulus_pa, poissons_ratio, .. }
+            | Self::Snow { youngs_modulus_pa, poissons_ratio, .. } => {
                 Some(Lame::from_young_poisson(youngs_modulus_pa, poissons_ratio))
             }
             _ => None,
@@ -184,7 +213,11 @@ impl Material {
         match self {
             Self::PointMass => "oscillator",
             Self::Rigid { .. } => "rigid",
-            Self::Elastic { .. } | Self::Elastoplastic { .. } | Self::Granular { .. } | Self::MpmLiquid { .. } => "mpm",
+            Self::Elastic { .. }
+            | Self::Elastoplastic { .. }
+            | Self::Granular { .. }
+            | Self::Snow { .. }
+            | Self::MpmLiquid { .. } => "mpm",
             Self::SphLiquid { .. } => "sph",
             Self::Cloth { .. } => "pbd",
             Self::Smoke { .. } => "smoke",

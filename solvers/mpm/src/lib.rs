@@ -1,5 +1,5 @@
-//! Moving-least-squares material point method (MLS-MPM, quadratic kernel, APIC): elastic and elastoplastic solids on a
-//! sparse grid, in single or double precision from one source.
+//! Moving-least-squares material point method (MLS-MPM, quadratic kernel, APIC): elastic and elastoplastic solids, sand,
+//! snow and liquid on a sparse grid, in single or double precision from one source.
 //!
 //! One substep:
 //! 1. each block of particles writes mass and momentum into its own tile of nodes (`transfer`, `particles`);
@@ -19,15 +19,17 @@
 //! momentum, in f64; the momentum that they must explain is summed over the particles (`report`): two separate roads,
 //! so that their difference is a check.
 //!
-//! Not here yet: granular material and liquid, contact with partners that show samples, moving walls, two-dimensional
+//! Not here yet: contact with partners that show samples, moving walls, two-dimensional
 //! slabs, F-bar for ν near 0.5, restitution, the `genesis` contact law. Each is refused by name.
 //!
 //! Shapes are formulas, closed meshes or, of static colliders, height fields (`cosplat_core::distance`). A body is a
 //! lattice in a shape or a cloud that was prepared (`sample`); one that comes from a capture carries total deformation
 //! gradients for the Gaussians that ride on it.
 //!
+//! What flows, sand and liquid, meets walls at nodes and compares its volume with the grid's density (`shores`, `law::Room`).
+//!
 //! Known limits: bodies of this process still meet at nodes, up to half a cell early; the place where a particle of a
-//! plastic body ends takes its elastic stretch only.
+//! plastic body ends takes its elastic stretch only; the grid's density knows walls, but neither partners nor other bodies.
 
 mod contact;
 mod grid;
@@ -51,6 +53,7 @@ mod report;
 mod sample;
 mod save;
 mod settle;
+mod shores;
 mod show;
 mod sim;
 mod sort;

@@ -54,6 +54,36 @@ pub(crate) fn ln_1p<R: Real>(x: R::V) -> R::V {
     (s + s * sum) * R::V::splat(R::of(2.0))
 }
 
+/// `exp(x) - 1`: for |x| ≤ 0.3125 its series, up to 10 that of `x / 32` doubled five times by
+/// `e(2x) = e(x) (2 + e(x))`, beyond it the library's, number by number.
+#[inline]
+pub(crate) fn exp_m1<R: Real>(x: R::V) -> R::V {
+    let size = x.abs().array();
+    if size.iter().all(|&a| a <= R::of(0.3125)) {
+        return exp_series::<R>(x);
+    }
+    if size.iter().any(|&a| a > R::of(10.0) || !a.finite()) {
+        return R::V::from_array(x.array().map(R::exp_m1));
+    }
+    let two = all::<R>(2.0);
+    (0..5).fold(exp_series::<R>(x * all::<R>(1.0 / 32.0)), |e, _| e * (two + e))
+}
+
+#[inline]
+fn exp_series<R: Real>(x: R::V) -> R::V {
+    let one = all::<R>(1.0);
+    (2..=R::EXP_TERMS).rev().fold(one, |sum, k| one + sum * x * all::<R>(1.0 / k as f64)) * x
+}
+
+/// `det(I + L) - 1` of a full matrix.
+#[inline]
+pub(crate) fn full_det_minus_one<R: Real>(l: &Full<R>) -> R::V {
+    let [[a, b, c], [d, e, f], [g, h, i]] = *l;
+    let second = (a * e - b * d) + (a * i - c * g) + (e * i - f * h);
+    let third = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g);
+    (a + e + i) + second + third
+}
+
 /// Eigenvalues and eigenvectors (columns) of `B` by cyclic Jacobi rotations, without a branch.
 ///
 /// Works on B itself, so small entries keep their relative accuracy. Source: Golub and Van Loan, "Matrix Computations",
@@ -116,10 +146,10 @@ fn product<R: Real>(a: &Sym<R>, b: &Sym<R>) -> Sym<R> {
 
 /// `B (c₁ + B (c₂ + …))` with the factors of a power series.
 #[inline]
-fn series<R: Real>(b: &Sym<R>, factor: impl Fn(usize) -> f64) -> Sym<R> {
-    let last = all::<R>(factor(R::SERIES_TERMS));
+fn series<R: Real>(b: &Sym<R>, terms: usize, factor: impl Fn(usize) -> f64) -> Sym<R> {
+    let last = all::<R>(factor(terms));
     let mut sum = [b[0] * last, b[1] * last, b[2] * last, b[3] * last, b[4] * last, b[5] * last];
-    for k in (1..R::SERIES_TERMS).rev() {
+    for k in (1..terms).rev() {
         let c = all::<R>(factor(k));
         sum = [sum[0] + c, sum[1] + c, sum[2] + c, sum[3], sum[4], sum[5]];
         sum = product::<R>(b, &sum);
@@ -134,13 +164,22 @@ pub(crate) fn small_log<R: Real>(b: &Sym<R>) -> Option<Sym<R>> {
     let size = square::<R>(b).array();
     size.iter()
         .all(|&s| s < limit)
-        .then(|| series::<R>(b, |k| if k % 2 == 1 { 1.0 / k as f64 } else { -1.0 / k as f64 }))
+        .then(|| series::<R>(b, R::SERIES_TERMS, |k| if k % 2 == 1 { 1.0 / k as f64 } else { -1.0 / k as f64 }))
 }
 
 /// `exp(A) - I = A + A²/2 + A³/6 + …` for small A.
 #[inline]
 pub(crate) fn small_exp<R: Real>(a: &Sym<R>) -> Sym<R> {
-    series::<R>(a, |k| 1.0 / (1..=k).map(|i| i as f64).product::<f64>())
+    series::<R>(a, R::SERIES_TERMS, |k| 1.0 / (1..=k).map(|i| i as f64).product::<f64>())
+}
+
+/// `√(I + B) - I = B/2 - B²/8 + B³/16 - …` where all four have a norm below 0.1, else nothing.
+#[inline]
+pub(crate) fn small_root<R: Real>(b: &Sym<R>) -> Option<Sym<R>> {
+    let limit = R::of(0.01);
+    // Binomial coefficients of 1/2: each is the one before times (3/2 - k)/k.
+    let factor = |k: usize| (2..=k).fold(0.5, |c, k| c * (1.5 - k as f64) / k as f64);
+    square::<R>(b).array().iter().all(|&s| s < limit).then(|| series::<R>(b, R::ROOT_TERMS, factor))
 }
 
 /// Frobenius norm, squared.
@@ -179,6 +218,20 @@ mod tests {
             let single = ln_1p::<f32>(all::<f32>(x)).to_array()[0];
             let exact = f64::from(x as f32).ln_1p();
             assert!((f64::from(single) - exact).abs() <= 2.5e-7 * exact.abs(), "{x}");
+        }
+    }
+
+    #[test]
+    fn exponential_is_that_of_the_library() {
+        for i in -400..400 {
+            let x = f64::from(i) * 0.029;
+            let found = exp_m1::<f64>(all::<f64>(x)).to_array()[0];
+            let exact = libm::expm1(x);
+            // Five doublings, each with two roundings that the factors before carry on, relative to 1 below zero.
+            assert!((found - exact).abs() <= 1e-14 * exact.abs(), "{x}: {found} instead of {exact}");
+            let single = exp_m1::<f32>(all::<f32>(x)).to_array()[0];
+            let exact = libm::expm1(f64::from(x as f32));
+            assert!((f64::from(single) - exact).abs() <= 5e-6 * exact.abs(), "{x}: {single} instead of {exact}");
         }
     }
 

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::law::YieldNorm;
+use crate::law::{Cone, YieldNorm};
 
 /// Checked parameters.
 #[derive(Clone, Debug, Default)]
@@ -15,6 +15,8 @@ pub(crate) struct Params {
     pub(crate) most: Option<f64>,
     /// Norm of the yield condition.
     pub(crate) norm: YieldNorm,
+    /// Test in which sand yields at its friction angle.
+    pub(crate) cone: Cone,
     /// Own bodies that stick together where they meet.
     pub(crate) bonded: Vec<[String; 2]>,
 }
@@ -30,6 +32,10 @@ pub(crate) fn schema() -> Value {
             "courant": positive("Courant number of the elastic wave; default 0.5, stable up to about 0.74"),
             "max_substep_s": positive("Longest substep [s]"),
             "yield_norm": { "enum": ["physical", "genesis"], "description": "Norm compared with the yield stress" },
+            "friction_cone": {
+                "enum": ["compression", "shear"],
+                "description": "Test in which sand yields at its friction angle: triaxial compression, or simple shear as on a long slope"
+            },
             "bonded": {
                 "type": "array",
                 "items": { "type": "array", "items": { "type": "string" }, "minItems": 2, "maxItems": 2 },
@@ -52,6 +58,10 @@ impl Params {
                 "yield_norm" => {
                     params.norm = if value == "genesis" { YieldNorm::Genesis } else { YieldNorm::Physical };
                     value == "genesis" || value == "physical"
+                }
+                "friction_cone" => {
+                    params.cone = if value == "shear" { Cone::Shear } else { Cone::Compression };
+                    value == "shear" || value == "compression"
                 }
                 "bonded" => read_into(&mut params.bonded, value),
                 _ => false,

@@ -3,12 +3,12 @@
 use rayon::prelude::*;
 
 use crate::grid::{Grid, Substep};
-use crate::law::{Law, STRETCH};
-use crate::math::{all, congruence, det_minus_one};
+use crate::law::{Law, Room, STRETCH};
+use crate::math::{all, det_minus_one};
 use crate::parts::for_parts;
 use crate::quarantine::released;
 use crate::real::{Lanes, Real};
-use crate::store::{B, C, EP, Quad, Store, V, VOL, X, XLO};
+use crate::store::{B, C, M, PAST, Quad, Store, V, VOL, X, XLO};
 use crate::tile::{Extent, TILE, Tile};
 use crate::transfer::{from_tile, gradient, strain, to_tile};
 
@@ -23,8 +23,8 @@ pub(crate) struct BlockOut {
     pub(crate) strayed: bool,
     /// Particles whose stretch was clamped.
     pub(crate) clamped: u64,
-    /// Energy lost to plastic flow \[J\].
-    pub(crate) plastic: f64,
+    /// Energy lost to plastic flow and viscosity \[J\].
+    pub(crate) lost: f64,
 }
 
 /// Tiles of all blocks.
@@ -84,7 +84,7 @@ impl<R: Real> Tiles<R> {
             for (f, quad) in grads.iter_mut().zip(&quads[blocks[b].range()]) {
                 let (c, old, zero) = (gradient::<R>(quad), *f, R::V::default());
                 // What is in quarantine keeps its deformation.
-                let dt = R::V::if_less(quad[EP], zero, zero, dt);
+                let dt = R::V::if_less(quad[PAST], zero, zero, dt);
                 for i in 0..3 {
                     for j in 0..3 {
                         f[3 * i + j] += dt * (c[i][0] * old[j] + c[i][1] * old[3 + j] + c[i][2] * old[6 + j]);
@@ -100,11 +100,11 @@ fn advance<R: Real>(quads: &mut [Quad<R>], live: usize, step: &Substep, tile: &T
     let zero = R::V::default();
     let (mut speed, mut rate, mut sum) = (zero, zero, zero);
     let (mut low, mut high) = (all::<R>(1.0), all::<R>(1.0));
-    let (mut clamped, mut plastic) = (0, 0.0);
+    let (mut clamped, mut lost) = (0, 0.0);
     let smallest = all::<R>(STRETCH[0].powi(6) - 1.0);
     let largest = R::of(3.0 * (STRETCH[1] * STRETCH[1] - 1.0));
     for (i, quad) in quads.iter_mut().enumerate() {
-        let (v, c) = from_tile::<R>(quad, live - 4 * i, 1.0 / step.dx, tile);
+        let (v, c, mass) = from_tile::<R>(quad, live - 4 * i, 1.0 / step.dx, tile);
         for k in 0..3 {
             quad[V + k] = v[k];
             quad[C + 3 * k..C + 3 * k + 3].copy_from_slice(&c[k]);
@@ -117,13 +117,18 @@ fn advance<R: Real>(quads: &mut [Quad<R>], live: usize, step: &Substep, tile: &T
         }
         let mut b = {
             let row = |i: usize| [c[i][0] * dt, c[i][1] * dt, c[i][2] * dt];
-            released::<R>(quad, congruence::<R>(&[row(0), row(1), row(2)], &strain::<R>(quad)))
+            released::<R>(quad, law.moved(&[row(0), row(1), row(2)], &strain::<R>(quad)))
         };
-        if law.may_flow(&b) {
-            let (new, flowed, lost) = law.flow(&b);
-            b = new;
-            quad[EP] += flowed;
-            plastic += (lost * quad[VOL]).array().iter().map(|e| e.f64()).sum::<f64>();
+        let past = quad[PAST];
+        if let Some(new) = law.flow(&b, past, &room::<R>(quad, mass, step, law)) {
+            // What is in quarantine does not flow.
+            let on = |old: R::V, new: R::V| R::V::if_less(past, zero, old, new);
+            b = [0, 1, 2, 3, 4, 5].map(|k| on(b[k], new.b[k]));
+            quad[PAST] = on(past, new.past);
+            lost += total::<R>(on(zero, new.lost) * quad[VOL]);
+        }
+        if let Some(power) = law.heat(&b, &c) {
+            lost += total::<R>(power * dt * quad[VOL]);
         }
         let det = det_minus_one::<R>(&b);
         let trace = (b[0] + b[1] + b[2]).array();
@@ -146,6 +151,25 @@ fn advance<R: Real>(quads: &mut [Quad<R>], live: usize, step: &Substep, tile: &T
         rate: most(rate),
         strayed: first.iter().any(|&x| x < R::of(-0.5)) || last.iter().any(|&x| x >= R::of(5.5)),
         clamped,
-        plastic,
+        lost,
     }
+}
+
+/// What the grid shows around four particles in a cell of that mass.
+#[inline]
+fn room<R: Real>(quad: &Quad<R>, mass: R::V, step: &Substep, law: &Law<R>) -> Room<R> {
+    let (zero, one) = (R::V::default(), all::<R>(1.0));
+    if !law.flows() {
+        return Room { space: one, way: zero };
+    }
+    // A dead lane has neither mass nor volume: it has room.
+    let alive = |v: R::V, other: R::V| R::V::if_less(zero, quad[M], v, other);
+    let (m, volume, mass) = (alive(quad[M], one), alive(quad[VOL], one), alive(mass, one));
+    let cell = all::<R>(step.dx * step.dx * step.dx);
+    let sound = (all::<R>(law.stiffness()) * volume / m).sqrt();
+    Room { space: alive(m / volume * cell / mass, one), way: sound * all::<R>(step.dt / step.dx) }
+}
+
+fn total<R: Real>(v: R::V) -> f64 {
+    v.array().iter().map(|e| e.f64()).sum()
 }

@@ -51,10 +51,10 @@ impl<R: Real> Plugin for Mpm<R> {
         Descriptor {
             name: if double { "mpm-f64" } else { "mpm" }.into(),
             version: env!("CARGO_PKG_VERSION").into(),
-            summary: format!("Material points: elastic and elastoplastic solids, {}", R::NAME),
+            summary: format!("Material points: elastic and elastoplastic solids, sand, snow, liquid, {}", R::NAME),
             protocol: [PROTOCOL, PROTOCOL],
             body_kinds: ["box", "sphere", "cylinder", "points", "cloud", "mesh", "splat"].map(String::from).into(),
-            materials: ["elastic", "elastoplastic"].map(String::from).into(),
+            materials: ["elastic", "elastoplastic", "granular", "snow", "mpm-liquid"].map(String::from).into(),
             roles: vec![InterfaceRole::ResolveProxy, InterfaceRole::Respond],
             boundary: if double {
                 BoundaryForm::SamplesF64 { normals: true }

@@ -2,7 +2,7 @@
 //!
 //! A particle in quarantine keeps mass, volume and momentum, moves with the grid and meets colliders as before, but its
 //! elastic strain stays zero: it flies, or is carried by its neighbours. The elastic energy that it had counts as
-//! dissipated. The mark is a negative equivalent plastic strain, so it is sorted, saved and restored with the particle,
+//! dissipated. The mark is a negative history of its material, so it is sorted, saved and restored with the particle,
 //! and the bytes of a run without any are those of a run without this guard.
 //!
 //! Two ways lead into it, both from a state that is then kept:
@@ -19,7 +19,7 @@ use nalgebra::Matrix3;
 use crate::math::{Sym, all, det_minus_one};
 use crate::real::{Lanes, Real};
 use crate::sim::{Books, MOST_STRETCH, MOST_WAY, Sim};
-use crate::store::{B, C, EP, Quad, Store, V, VOL};
+use crate::store::{B, C, PAST, Quad, Store, V, VOL};
 use crate::transfer::strain;
 
 /// Smallest and largest volume, over that at rest. Squeezed along one axis, a body may come down to the smallest stretch
@@ -51,20 +51,20 @@ pub(crate) fn strained<R: Real>(b: &Sym<R>) -> R::V {
 #[inline]
 pub(crate) fn released<R: Real>(quad: &Quad<R>, b: Sym<R>) -> Sym<R> {
     let zero = R::V::default();
-    let pick = |b: R::V| R::V::if_less(quad[EP], zero, zero, b);
+    let pick = |b: R::V| R::V::if_less(quad[PAST], zero, zero, b);
     [pick(b[0]), pick(b[1]), pick(b[2]), pick(b[3]), pick(b[4]), pick(b[5])]
 }
 
 impl<R: Real> Store<R> {
     /// Whether a particle is in quarantine.
     fn in_quarantine(&self, slot: usize) -> bool {
-        self.field(slot, EP) < 0.0
+        self.field(slot, PAST) < 0.0
     }
 
     /// Puts a particle into quarantine. A total deformation that means nothing becomes none; else it stays as it is.
     fn put_in_quarantine(&mut self, slot: usize) {
-        let plastic = self.field(slot, EP);
-        self.set(slot, EP, if plastic.is_finite() { -1.0 - plastic } else { -1.0 });
+        let past = self.field(slot, PAST);
+        self.set(slot, PAST, if past.is_finite() { -1.0 - past } else { -1.0 });
         for k in 0..6 {
             self.set(slot, B + k, 0.0);
         }
@@ -124,7 +124,8 @@ impl<R: Real> Sim<R> {
                 continue;
             }
             let b = std::array::from_fn(|k| self.store.field(slot, B + k));
-            let energy = self.store.field(slot, VOL) * self.setting.laws[body as usize].energy(b);
+            let energy =
+                self.store.field(slot, VOL) * self.setting.laws[body as usize].energy(b, self.store.field(slot, PAST));
             books.dissipated += if energy.is_finite() { energy } else { 0.0 };
             books.quarantined += 1;
             self.store.put_in_quarantine(slot);

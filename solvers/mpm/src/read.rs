@@ -30,7 +30,7 @@ pub(crate) fn read<R: Real>(scene: &SolverScene) -> Result<Model<R>, PluginError
     for (i, body) in scene.bodies.iter().enumerate() {
         let law = reader.law::<R>(body);
         let first = seeds.len() as u32;
-        let (new, show) = reader.body(body, i as u32, first);
+        let (new, show) = reader.body(body, i as u32, first, law.start());
         particles.push(new.len() as u64);
         seeds.extend(new);
         shown.push(show);

@@ -14,11 +14,21 @@ use crate::store::Seed;
 impl Reader<'_> {
     /// Material of a body.
     pub(crate) fn law<R: Real>(&mut self, body: &Body) -> Law<R> {
-        match body.material {
-            Material::Elastoplastic { yield_stress_pa, .. } => {
-                body.material.lame().map(|lame| Law::elastoplastic(lame, yield_stress_pa, self.params.norm))
+        let lame = body.material.lame();
+        match (body.material, lame) {
+            (Material::Elastic { .. }, Some(lame)) => Some(Law::elastic(lame)),
+            (Material::Elastoplastic { yield_stress_pa, .. }, Some(lame)) => {
+                Some(Law::elastoplastic(lame, yield_stress_pa, self.params.norm))
             }
-            Material::Elastic { .. } => body.material.lame().map(Law::elastic),
+            (Material::Granular { friction_angle_deg, cohesion_pa, .. }, Some(lame)) => {
+                Some(Law::sand(lame, friction_angle_deg, cohesion_pa, self.params.cone))
+            }
+            (Material::Snow { critical_compression, critical_stretch, hardening, .. }, Some(lame)) => {
+                Some(Law::snow(lame, [critical_compression, critical_stretch, hardening]))
+            }
+            (Material::MpmLiquid { bulk_modulus_pa, viscosity_pa_s, .. }, _) => {
+                Some(Law::liquid(bulk_modulus_pa, viscosity_pa_s))
+            }
             _ => None,
         }
         .unwrap_or_else(|| {
@@ -27,8 +37,8 @@ impl Reader<'_> {
         })
     }
 
-    /// Particles of a body, of which `first` come before, and what is shown of it.
-    pub(crate) fn body(&mut self, body: &Body, index: u32, first: u32) -> (Vec<Seed>, Shown) {
+    /// Particles of a body, of which `first` come before, with the history `past`, and what is shown of it.
+    pub(crate) fn body(&mut self, body: &Body, index: u32, first: u32, past: f64) -> (Vec<Seed>, Shown) {
         if body.prescribed.is_some() {
             self.refuse(format!("prescribed motion (body `{}`)", body.name));
         }
@@ -53,7 +63,7 @@ impl Reader<'_> {
         let center = scale(weighted, 1.0 / volume);
         let seeds = places.iter().zip(&volumes).map(|(&position, &volume)| {
             let (velocity, gradient) = velocity_at(&body.velocity, position, center);
-            Seed { position, velocity, gradient, mass: density * volume, volume, body: index }
+            Seed { position, velocity, gradient, mass: density * volume, volume, past, body: index }
         });
         let each = area / surface.len().max(1) as f64;
         let mark = |&(i, normal): &(usize, [f64; 3])| Mark {

@@ -32,6 +32,10 @@ pub trait Real:
     const LOG_TERMS: usize;
     /// Terms of matrix series for norms up to 0.04: the first left out is below half a unit in the last place.
     const SERIES_TERMS: usize;
+    /// Terms of the series of `exp(x) - 1` for |x| ≤ 0.3125.
+    const EXP_TERMS: usize;
+    /// Terms of the series of a matrix root for norms up to 0.1: the first left out is below half a unit.
+    const ROOT_TERMS: usize;
     /// Jacobi sweeps to full accuracy of a 3×3 symmetric matrix (convergence is quadratic, then cubic).
     const JACOBI_SWEEPS: usize;
     /// Name of the precision.
@@ -163,6 +167,8 @@ impl Real for f32 {
     const HALF_ULP: f64 = 5.960_464_477_539_063e-8;
     const LOG_TERMS: usize = 5;
     const SERIES_TERMS: usize = 5;
+    const EXP_TERMS: usize = 7;
+    const ROOT_TERMS: usize = 6;
     const JACOBI_SWEEPS: usize = 4;
     const NAME: &'static str = "f32";
     #[inline]
@@ -194,6 +200,8 @@ impl Real for f64 {
     const HALF_ULP: f64 = 1.110_223_024_625_156_5e-16;
     const LOG_TERMS: usize = 11;
     const SERIES_TERMS: usize = 12;
+    const EXP_TERMS: usize = 12;
+    const ROOT_TERMS: usize = 14;
     const JACOBI_SWEEPS: usize = 6;
     const NAME: &'static str = "f64";
     #[inline]

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::push::Influence;
 use crate::real::Real;
 use crate::sim::Sim;
-use crate::store::{B, Block, C, M, V, VOL};
+use crate::store::{B, Block, C, M, PAST, V, VOL};
 
 /// Sums over the particles of a block or a body.
 #[derive(Clone, Copy, Debug, Default)]
@@ -83,7 +83,8 @@ impl<R: Real> Sim<R> {
             sums.momentum = sums.momentum.plus(Wrench { linear: p, angular: add(cross(x, p), affine) });
             sums.gross += norm(p);
             sums.kinetic += 0.5 * dot(p, v) + m * dx * dx / 8.0 * c.iter().map(|c| c * c).sum::<f64>();
-            sums.elastic += store.field(slot, VOL) * self.setting.laws[block.body as usize].energy(b);
+            let law = &self.setting.laws[block.body as usize];
+            sums.elastic += store.field(slot, VOL) * law.energy(b, store.field(slot, PAST));
             let pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
             sums.second.iter_mut().zip(pairs).for_each(|(s, (i, j))| *s += m * x[i] * x[j]);
             let id = store.ids[slot / 4][slot % 4] as usize;

@@ -13,6 +13,7 @@ use crate::proxy::{Partner, Proxy};
 use crate::push::{Action, Push};
 use crate::real::Real;
 use crate::settle::collide;
+use crate::shores::Shores;
 use crate::stable::{Bound, Limits, Stable};
 use crate::store::Store;
 use crate::tally::Tally;
@@ -63,7 +64,7 @@ pub(crate) struct Setting<R: Real> {
 pub(crate) struct Books {
     /// Outside influences and walls.
     pub(crate) external: Tally,
-    /// Energy lost to plastic flow and friction since the start of the run \[J\].
+    /// Energy lost to plastic flow, viscosity and friction since the start of the run \[J\].
     pub(crate) dissipated: f64,
     /// Substeps.
     pub(crate) substeps: u64,
@@ -91,6 +92,7 @@ pub(crate) struct Sim<R: Real> {
     pub(crate) setting: Setting<R>,
     pub(crate) store: Store<R>,
     pub(crate) walls: Walls,
+    shores: Shores,
     topology: Topology,
     tiles: Tiles<R>,
     grid: Grid<R>,
@@ -120,6 +122,7 @@ impl<R: Real> Sim<R> {
             setting,
             store,
             walls,
+            shores: Shores::default(),
             topology: Topology::default(),
             tiles: Tiles::default(),
             grid: Grid::default(),
@@ -140,7 +143,8 @@ impl<R: Real> Sim<R> {
         if changed {
             self.topology = Topology::new(&self.store.blocks);
             self.grid.prepare(&self.topology);
-            self.walls.prepare(&self.store.blocks, self.setting.dx);
+            self.walls.prepare(&self.store.blocks, &self.setting.laws, self.setting.dx);
+            self.shores.prepare(&self.topology, &self.walls.list, &self.setting.laws, self.setting.dx);
         }
         self.tiles.prepare(&self.store);
     }
@@ -219,7 +223,7 @@ impl<R: Real> Sim<R> {
 
     /// One substep. False when it left the range in which its result means anything.
     fn substep(&mut self, course: &mut Course, from: f64, dt: f64) -> bool {
-        let Self { setting, store, walls, topology, tiles, grid, contact, .. } = self;
+        let Self { setting, store, walls, shores, topology, tiles, grid, contact, .. } = self;
         let parallel = setting.threads && store.len() >= SERIAL_BELOW;
         let step = Substep { topology, dx: setting.dx, dt, empty: EMPTY * setting.lightest, parallel };
         let start = course.start + from;
@@ -229,12 +233,16 @@ impl<R: Real> Sim<R> {
         grid.gather(&step, &tiles.list, &tiles.extents, &push);
         let (lost, _) = setting.pairs.exchange(&step, grid);
         course.books.dissipated += lost;
+        let (stopped, slid) = shores.stop(&step, grid);
+        course.books.external.add(&stopped);
+        course.books.dissipated += slid;
         let met = collide(&step, (store, grid), walls, &setting.partners, &mut course.proxies, contact);
         course.books.external.add(&met.walls);
         course.books.dissipated += met.lost;
         course.books.places += met.places;
         course.books.passes += met.passes;
         course.books.unsettled += u64::from(met.unsettled);
+        shores.fill(&step, grid);
         tiles.empty(&step, grid, store, &setting.laws);
         tiles.carry(&step, store, &setting.carries);
         for group in &grid.groups {
@@ -253,7 +261,7 @@ impl<R: Real> Sim<R> {
             rate = rate.max(out.rate);
             strayed |= out.strayed;
             course.books.clamped += out.clamped;
-            course.books.dissipated += out.plastic;
+            course.books.dissipated += out.lost;
         }
         let fine = speed.sqrt() * dt <= MOST_WAY * setting.dx && rate.sqrt() * dt <= MOST_STRETCH;
         if fine && strayed {

@@ -1,7 +1,8 @@
 //! The largest stable substep, and which term binds it.
 //!
 //! `1/dt = max c / (κ dx) + max |v| / (0.3 dx)`: advection adds to the wave speed; `κ` = 0.5 by default (the measured
-//! limit is 0.74 to 1.09). Beside it `dt ≤ 0.25 / max |C|`, half of what the guard tolerates.
+//! limit is 0.74 to 1.09). Beside it `dt ≤ 0.25 / max |C|`, half of what the guard tolerates, and for viscosity
+//! `dt ≤ ρ dx² / 12 η`, half of what an explicit seven-point Laplacian tolerates.
 
 use rayon::prelude::*;
 
@@ -9,7 +10,7 @@ use crate::law::Law;
 use crate::math::all;
 use crate::quarantine::strained;
 use crate::real::{Lanes, Real};
-use crate::store::{Block, M, Store, V, VOL};
+use crate::store::{Block, M, PAST, Store, V, VOL};
 use crate::transfer::{gradient, strain};
 
 /// Part of a cell that a particle may cross in one substep.
@@ -26,6 +27,8 @@ pub(crate) enum Bound {
     Speed(u32),
     /// Strain rate of that body.
     Rate(u32),
+    /// Momentum that viscosity spreads in that body.
+    Viscosity(u32),
     /// The user's maximum.
     User,
     /// The coupling window.
@@ -41,6 +44,7 @@ impl Bound {
             Self::Wave(b) => format!("elastic wave in `{}` (Courant number {})", name(b), limits.courant),
             Self::Speed(b) => format!("particle speed of `{}` (0.3 cells a substep)", name(b)),
             Self::Rate(b) => format!("strain rate of `{}`", name(b)),
+            Self::Viscosity(b) => format!("viscosity of `{}` (density × dx² / 12 viscosity)", name(b)),
             Self::User => "maximum given by the user".into(),
             Self::Window => "coupling window".into(),
         }
@@ -67,8 +71,9 @@ pub(crate) struct Limits {
     pub(crate) most: f64,
 }
 
-/// Largest wave speed, speed and rate, squared, and 1 where a strain left its range, with the body of each.
-type Peaks = [(f64, u32); 4];
+/// Largest wave speed, speed and rate, squared, 1 where a strain left its range, and kinematic viscosity \[m²/s\], with
+/// the body of each.
+type Peaks = [(f64, u32); 5];
 
 impl Limits {
     /// Largest stable substep no longer than `longest` \[s\].
@@ -90,8 +95,8 @@ impl Limits {
             }
             a
         };
-        let none = [(0.0, u32::MAX); 4];
-        let [wave, speed, rate, strained] = if parallel {
+        let none = [(0.0, u32::MAX); 5];
+        let [wave, speed, rate, strained, spread] = if parallel {
             store.blocks.par_iter().map(one).reduce(|| none, most)
         } else {
             store.blocks.iter().map(one).fold(none, most)
@@ -101,6 +106,7 @@ impl Limits {
         let choices = [
             (moving, if per_wave >= per_way { Bound::Wave(wave.1) } else { Bound::Speed(speed.1) }),
             (STRETCH_RATE / rate.0.sqrt(), Bound::Rate(rate.1)),
+            (dx * dx / (12.0 * spread.0), Bound::Viscosity(spread.1)),
             (self.most, Bound::User),
             (longest, Bound::Window),
         ];
@@ -112,16 +118,18 @@ impl Limits {
 
 fn peaks<R: Real>(store: &Store<R>, block: &Block, law: &Law<R>) -> Peaks {
     let (zero, one) = (R::V::default(), all::<R>(1.0));
-    let (mut wave, mut speed, mut rate, mut out) = (zero, zero, zero, zero);
+    let (mut wave, mut speed, mut rate, mut out, mut light) = (zero, zero, zero, zero, zero);
     for quad in &store.quads[block.range()] {
         // A dead lane has no mass: give it one, its volume is 0.
         let mass = R::V::if_less(zero, quad[M], quad[M], one);
         let b = strain::<R>(quad);
-        wave = wave.max(law.wave_modulus(&b) * quad[VOL] / mass);
+        light = light.max(quad[VOL] / mass);
+        wave = wave.max(law.wave_modulus(&b, quad[PAST]) * quad[VOL] / mass);
         out = out.max(strained::<R>(&b));
         speed = speed.max(quad[V] * quad[V] + quad[V + 1] * quad[V + 1] + quad[V + 2] * quad[V + 2]);
         rate = rate.max(gradient::<R>(quad).iter().flatten().fold(zero, |s, c| s + *c * *c));
     }
     let most = |v: R::V| (v.array().iter().fold(0.0, |a: f64, b| a.max(b.f64())), block.body);
-    [most(wave), most(speed), most(rate), most(out)]
+    let spread = most(light).0 * law.viscosity();
+    [most(wave), most(speed), most(rate), most(out), (spread, block.body)]
 }

@@ -21,8 +21,9 @@ pub(crate) const B: usize = 18;
 pub(crate) const M: usize = 24;
 /// Volume at rest \[m³\].
 pub(crate) const VOL: usize = 25;
-/// Equivalent plastic strain; negative for a particle in quarantine.
-pub(crate) const EP: usize = 26;
+/// History of the material: equivalent plastic strain of a metal, gap of sand and liquids, plastic volume ratio of snow;
+/// negative for a particle in quarantine.
+pub(crate) const PAST: usize = 26;
 /// Numbers of a particle.
 pub(crate) const FIELDS: usize = 27;
 
@@ -83,6 +84,8 @@ pub(crate) struct Seed {
     pub(crate) mass: f64,
     /// \[m³\].
     pub(crate) volume: f64,
+    /// History of its material.
+    pub(crate) past: f64,
     /// Body.
     pub(crate) body: u32,
 }
@@ -152,6 +155,7 @@ impl<R: Real> Store<R> {
         }
         self.set(slot, M, seed.mass);
         self.set(slot, VOL, seed.volume);
+        self.set(slot, PAST, seed.past);
         self.ids[slot / 4][slot % 4] = id;
         self.slot[id as usize] = slot as u32;
     }
@@ -236,7 +240,8 @@ mod tests {
     #[test]
     fn positions_survive_far_from_the_origin() {
         let position = [1_234.567_890_123, -0.1, 3.3];
-        let seed = Seed { position, velocity: [0.0; 3], gradient: [[0.0; 3]; 3], mass: 1.0, volume: 1.0, body: 0 };
+        let seed =
+            Seed { position, velocity: [0.0; 3], gradient: [[0.0; 3]; 3], mass: 1.0, volume: 1.0, past: 0.0, body: 0 };
         let store = Store::<f32>::new(&[seed], 0.01, false).expect("in range");
         let found = store.position(&store.blocks[0], 0, 0.01);
         for (a, b) in found.iter().zip(position) {

@@ -10,7 +10,7 @@
 use crate::law::Law;
 use crate::math::{Full, Sym, all};
 use crate::real::{Lanes, Real};
-use crate::store::{B, C, M, Quad, V, VOL, X};
+use crate::store::{B, C, M, PAST, Quad, V, VOL, X};
 use crate::tile::{EDGE, Extent, Tile};
 
 /// Nodes between the first and the last of a particle's 27, and one.
@@ -87,9 +87,9 @@ pub(crate) fn to_tile<R: Real>(
             low[axis] = low[axis].min(w.base[axis]);
             high[axis] = high[axis].max(w.base[axis]);
         }
-        let tau = law.stress(&strain::<R>(quad));
-        let (m, affine, kt) = (quad[M], quad[M] * dx_v, quad[VOL] * stress_factor);
         let c = gradient::<R>(quad);
+        let tau = law.stress(&strain::<R>(quad), quad[PAST], &c);
+        let (m, affine, kt) = (quad[M], quad[M] * dx_v, quad[VOL] * stress_factor);
         let tau = [[tau[0], tau[3], tau[4]], [tau[3], tau[1], tau[5]], [tau[4], tau[5], tau[2]]];
         // Momentum per cell of distance, and at the middle node.
         let q = [0, 1, 2].map(|a| [0, 1, 2].map(|b| affine * c[a][b] - kt * tau[a][b]));
@@ -124,9 +124,14 @@ fn scatter<R: Real>(tile: &mut Tile<R>, node: usize, w: &[[R::V; 3]; 3], middle:
     }
 }
 
-/// Velocities and their gradients of four particles from the tile.
+/// Velocities of four particles and their gradients from the tile, and the mass of a cell there.
 #[inline]
-pub(crate) fn from_tile<R: Real>(quad: &Quad<R>, live: usize, inverse_dx: f64, tile: &Tile<R>) -> ([R::V; 3], Full<R>) {
+pub(crate) fn from_tile<R: Real>(
+    quad: &Quad<R>,
+    live: usize,
+    inverse_dx: f64,
+    tile: &Tile<R>,
+) -> ([R::V; 3], Full<R>, R::V) {
     let w = Weights::<R>::new(&quad[X..X + 3]);
     let mut out = [[R::V::default(); 4]; 4];
     for (lane, out) in out.iter_mut().enumerate().take(live) {
@@ -137,7 +142,7 @@ pub(crate) fn from_tile<R: Real>(quad: &Quad<R>, live: usize, inverse_dx: f64, t
     let factor = all::<R>(4.0 * inverse_dx);
     let d = &w.from_middle;
     let row = |a: usize| [(x[a] - d[0] * v[a]) * factor, (y[a] - d[1] * v[a]) * factor, (z[a] - d[2] * v[a]) * factor];
-    ([v[0], v[1], v[2]], [row(0), row(1), row(2)])
+    ([v[0], v[1], v[2]], [row(0), row(1), row(2)], v[3])
 }
 
 /// `Σ w v_i` and `Σ w v_i n` with `n` = -1, 0, 1 nodes from the middle, along each axis.

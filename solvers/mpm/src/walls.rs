@@ -1,5 +1,7 @@
 //! Static colliders, and which of them each block of particles can reach.
 
+use crate::law::Law;
+use crate::real::Real;
 use crate::store::Block;
 use cosplat_core::distance::Placed;
 
@@ -44,10 +46,13 @@ impl Walls {
         Self { list, near: Vec::new() }
     }
 
-    /// Looks for the colliders near each block.
-    pub(crate) fn prepare(&mut self, blocks: &[Block], dx: f64) {
+    /// Looks for the colliders near each block of a solid; what flows meets them at nodes (`shores`).
+    pub(crate) fn prepare<R: Real>(&mut self, blocks: &[Block], laws: &[Law<R>], dx: f64) {
         let list = &self.list;
         let near = |block: &Block| {
+            if laws[block.body as usize].flows() {
+                return Vec::new();
+            }
             let reach = |wall: &Wall| wall.shape.at_least(middle(block, dx), BLOCK_RADIUS * dx) < dx;
             let body = block.body as usize;
             let touching = |(_, wall): &(usize, &Wall)| wall.surface[body].is_some() && reach(wall);

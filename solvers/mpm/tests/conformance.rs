@@ -42,6 +42,39 @@ fn solids() -> SolverScene {
     scene
 }
 
+/// Sand, snow and a liquid that fall into each other on a floor.
+fn flowing() -> SolverScene {
+    let mut scene = solids();
+    let sand = Material::Granular {
+        density_kg_m3: 1600.0,
+        youngs_modulus_pa: 2e5,
+        poissons_ratio: 0.2,
+        friction_angle_deg: 30.0,
+        cohesion_pa: 100.0,
+    };
+    let snow = Material::Snow {
+        density_kg_m3: 400.0,
+        youngs_modulus_pa: 1.4e5,
+        poissons_ratio: 0.2,
+        critical_compression: 2.5e-2,
+        critical_stretch: 7.5e-3,
+        hardening: 10.0,
+    };
+    let oil = Material::MpmLiquid { density_kg_m3: 900.0, bulk_modulus_pa: 5e4, viscosity_pa_s: 2.0 };
+    let floor = |x: f64| [x, 0.0, 0.06];
+    let size = Source::Box { size_m: [0.12, 0.12, 0.12] };
+    scene.bodies = vec![
+        parts::body("sand", sand, size.clone(), floor(0.0)),
+        parts::body("oil", oil, size, floor(0.13)),
+        parts::body("snow", snow, Source::Sphere { radius_m: 0.05 }, [0.05, 0.0, 0.18]),
+    ];
+    for body in &mut scene.bodies {
+        body.spacing_m = Some(0.02);
+    }
+    scene.bodies[2].velocity = parts::twist([0.0, 0.0, -3.0], [0.0; 3]);
+    scene
+}
+
 fn pair(own: &str, partner: &str) -> PairSpec {
     PairSpec {
         a: own.into(),
@@ -99,7 +132,8 @@ fn resolver<R: Real>() -> Case {
 
 fn conforms<R: Real>() {
     let solids = Case { closure_gate: gate::<R>(), ..Case::new("solids", solids()) };
-    assert_conforms(&make::<R>, &[solids, responder::<R>(), resolver::<R>()]);
+    let flowing = Case { closure_gate: gate::<R>(), ..Case::new("flowing", flowing()) };
+    assert_conforms(&make::<R>, &[solids, flowing, responder::<R>(), resolver::<R>()]);
 }
 
 #[test]

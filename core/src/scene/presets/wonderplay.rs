@@ -63,6 +63,7 @@ pub(super) const PRESETS: &[Preset] = &[
         Material::MpmLiquid {
             density_kg_m3: DENSITY_KG_M3,
             bulk_modulus_pa: Lame::from_young_poisson(1e7, 0.2).lambda_pa,
+            viscosity_pa_s: 0.0,
         },
         "Printed as E = 1e7 Pa and ν = 0.2. Genesis drops the shear part of a liquid, so what is left is a bulk \
          modulus of λ = 2.78e6 Pa. Unstable at the published step: 1 ms at 128 cells a metre is 6.7 times the Courant \
@@ -75,6 +76,7 @@ pub(super) const PRESETS: &[Preset] = &[
             youngs_modulus_pa: 1e6,
             poissons_ratio: 0.2,
             friction_angle_deg: 45.0,
+            cohesion_pa: 0.0,
         },
         "The angle is in degrees. No density is printed; 1000 is Genesis's default. The published step of 1 ms at 128 \
          cells a metre is 4.3 times the Courant limit",

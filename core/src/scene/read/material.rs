@@ -7,7 +7,7 @@ use super::limits::{Limits, number};
 use super::node::{Table, Value};
 use super::report::{listed, nearest, quoted};
 use super::value::At;
-use crate::scene::material::{Lame, Material};
+use crate::scene::material::{Lame, Material, SNOW};
 use crate::scene::pair::DEFAULT_FRICTION;
 use crate::scene::presets::{preset, presets};
 
@@ -17,8 +17,18 @@ const POISSON: Limits = Limits::inside(-1.0, 0.5, "");
 const FRICTION: Limits = Limits::not_negative("");
 const SHARE: Limits = Limits::between(0.0, 1.0, "");
 
-const KINDS: [&str; 9] =
-    ["point-mass", "rigid", "elastic", "elastoplastic", "granular", "mpm-liquid", "sph-liquid", "cloth", "smoke"];
+const KINDS: [&str; 10] = [
+    "point-mass",
+    "rigid",
+    "elastic",
+    "elastoplastic",
+    "granular",
+    "snow",
+    "mpm-liquid",
+    "sph-liquid",
+    "cloth",
+    "smoke",
+];
 
 /// Density of a rigid body whose mass the scene gives, where only the mass counts \[kg/m³\].
 const UNUSED_DENSITY_KG_M3: f64 = 1000.0;
@@ -106,6 +116,16 @@ fn defaults(kind: &str, has_mass: bool) -> Values {
     match kind {
         "rigid" if has_mass => Values::from([("friction", DEFAULT_FRICTION), ("density", UNUSED_DENSITY_KG_M3)]),
         "rigid" => Values::from([("friction", DEFAULT_FRICTION)]),
+        "granular" => Values::from([("cohesion", 0.0)]),
+        "snow" => {
+            let [compression, stretch, hardening] = SNOW;
+            Values::from([
+                ("critical_compression", compression),
+                ("critical_stretch", stretch),
+                ("hardening", hardening),
+            ])
+        }
+        "mpm-liquid" => Values::from([("viscosity", 0.0)]),
         "sph-liquid" => Values::from([("viscosity", 0.0), ("surface_tension", 0.0)]),
         "cloth" => Values::from([
             ("static_friction", DEFAULT_FRICTION),
@@ -126,16 +146,32 @@ fn parameters(material: &Material) -> Values {
             Values::from([("density", density), ("friction", friction)])
         }
         Material::Elastic { density_kg_m3, youngs_modulus_pa, poissons_ratio } => {
-            solid(density_kg_m3, youngs_modulus_pa, poissons_ratio, None)
+            solid(density_kg_m3, youngs_modulus_pa, poissons_ratio, &[])
         }
         Material::Elastoplastic { density_kg_m3, youngs_modulus_pa, poissons_ratio, yield_stress_pa } => {
-            solid(density_kg_m3, youngs_modulus_pa, poissons_ratio, Some(("yield_stress", yield_stress_pa)))
+            solid(density_kg_m3, youngs_modulus_pa, poissons_ratio, &[("yield_stress", yield_stress_pa)])
         }
-        Material::Granular { density_kg_m3, youngs_modulus_pa, poissons_ratio, friction_angle_deg } => {
-            solid(density_kg_m3, youngs_modulus_pa, poissons_ratio, Some(("friction_angle", friction_angle_deg)))
+        Material::Granular { density_kg_m3, youngs_modulus_pa, poissons_ratio, friction_angle_deg, cohesion_pa } => {
+            let more = [("friction_angle", friction_angle_deg), ("cohesion", cohesion_pa)];
+            solid(density_kg_m3, youngs_modulus_pa, poissons_ratio, &more)
         }
-        Material::MpmLiquid { density_kg_m3: density, bulk_modulus_pa } => {
-            Values::from([("density", density), ("bulk_modulus", bulk_modulus_pa)])
+        Material::Snow {
+            density_kg_m3,
+            youngs_modulus_pa,
+            poissons_ratio,
+            critical_compression,
+            critical_stretch,
+            hardening,
+        } => {
+            let more = [
+                ("critical_compression", critical_compression),
+                ("critical_stretch", critical_stretch),
+                ("hardening", hardening),
+            ];
+            solid(density_kg_m3, youngs_modulus_pa, poissons_ratio, &more)
+        }
+        Material::MpmLiquid { density_kg_m3: density, bulk_modulus_pa, viscosity_pa_s } => {
+            Values::from([("density", density), ("bulk_modulus", bulk_modulus_pa), ("viscosity", viscosity_pa_s)])
         }
         Material::SphLiquid { density_kg_m3, stiffness_pa, viscosity_pa_s, surface_tension_n_m } => Values::from([
             ("density", density_kg_m3),
@@ -166,9 +202,9 @@ fn parameters(material: &Material) -> Values {
     }
 }
 
-fn solid(density: f64, youngs_modulus: f64, poissons_ratio: f64, more: Option<(&'static str, f64)>) -> Values {
+fn solid(density: f64, youngs_modulus: f64, poissons_ratio: f64, more: &[(&'static str, f64)]) -> Values {
     let common = [("density", density), ("youngs_modulus", youngs_modulus), ("poissons_ratio", poissons_ratio)];
-    common.into_iter().chain(more).collect()
+    common.into_iter().chain(more.iter().copied()).collect()
 }
 
 /// Reads numbers that may have a default.
@@ -214,8 +250,21 @@ fn of_kind(kind: &str, numbers: &Numbers<'_, '_>) -> Option<Material> {
             youngs_modulus_pa: youngs_modulus(),
             poissons_ratio: poissons_ratio(),
             friction_angle_deg: get("friction_angle", Limits::inside(0.0, 90.0, "degrees")),
+            cohesion_pa: get("cohesion", Limits::not_negative("Pa")),
         },
-        "mpm-liquid" => Material::MpmLiquid { density_kg_m3: density(), bulk_modulus_pa: bulk_modulus(numbers) },
+        "snow" => Material::Snow {
+            density_kg_m3: density(),
+            youngs_modulus_pa: youngs_modulus(),
+            poissons_ratio: poissons_ratio(),
+            critical_compression: get("critical_compression", Limits::inside(0.0, 0.5, "")),
+            critical_stretch: get("critical_stretch", Limits::inside(0.0, 0.5, "")),
+            hardening: get("hardening", Limits::between(0.0, 50.0, "")),
+        },
+        "mpm-liquid" => Material::MpmLiquid {
+            density_kg_m3: density(),
+            bulk_modulus_pa: bulk_modulus(numbers),
+            viscosity_pa_s: get("viscosity", Limits::not_negative("Pa s")),
+        },
         "sph-liquid" => Material::SphLiquid {
             density_kg_m3: density(),
             stiffness_pa: get("stiffness", PRESSURE),

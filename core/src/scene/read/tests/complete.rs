@@ -45,6 +45,16 @@ material = { kind = "mpm-liquid", density = 1000, youngs_modulus = 1e7, poissons
 box = { size = [1, 1, 1] }
 
 [[body]]
+name = "heap"
+material = { kind = "granular", density = 1600, youngs_modulus = 1e6, poissons_ratio = 0.2, friction_angle = 32 }
+box = { size = [1, 1, 1] }
+
+[[body]]
+name = "drift"
+material = { kind = "snow", density = 400, youngs_modulus = 1.4e5, poissons_ratio = 0.2, hardening = 5 }
+box = { size = [1, 1, 1] }
+
+[[body]]
 name = "dust"
 material = { kind = "smoke", density = 1.2 }
 cloud = { count = 1000, size = [1, 1, 1] }
@@ -140,15 +150,23 @@ fn every_key_is_read() {
     assert_eq!(scene.solvers["foreign"].params["nested"]["on"], true);
     assert_eq!(
         scene.bodies.iter().map(|b| b.solver.as_str()).collect::<Vec<_>>(),
-        ["mpm", "foreign", "pbd", "mpm", "smoke", "rigid", "rigid"]
+        ["mpm", "foreign", "pbd", "mpm", "mpm", "mpm", "smoke", "rigid", "rigid"]
     );
     assert_eq!(scene.bodies[0].material.density(), Some(60.0));
     let [x, y, z, w] = scene.bodies[0].pose.orientation;
     let half = std::f64::consts::FRAC_1_SQRT_2;
     assert!(x == 0.0 && y == 0.0 && (z - half).abs() < 1e-15 && (w - half).abs() < 1e-15);
     // λ of E = 1e7 Pa and ν = 0.2.
-    let Material::MpmLiquid { bulk_modulus_pa, .. } = scene.bodies[3].material else { panic!("a liquid") };
-    assert!((bulk_modulus_pa / (1e7 / 3.6) - 1.0).abs() < 1e-15);
+    let Material::MpmLiquid { bulk_modulus_pa, viscosity_pa_s, .. } = scene.bodies[3].material else {
+        panic!("a liquid")
+    };
+    assert!((bulk_modulus_pa / (1e7 / 3.6) - 1.0).abs() < 1e-15 && viscosity_pa_s == 0.0);
+    let Material::Granular { friction_angle_deg, cohesion_pa, .. } = scene.bodies[4].material else { panic!("sand") };
+    assert_eq!((friction_angle_deg, cohesion_pa), (32.0, 0.0), "dry without a cohesion");
+    let Material::Snow { critical_compression, critical_stretch, hardening, .. } = scene.bodies[5].material else {
+        panic!("snow")
+    };
+    assert_eq!([critical_compression, critical_stretch, hardening], [2.5e-2, 7.5e-3, 5.0]);
     let frictions = |pair: &PairSpec| (pair.static_friction, pair.kinetic_friction);
     assert_eq!(frictions(&scene.pairs[0]), (3.0, 3.0), "from the rock's preset");
     assert_eq!((scene.pairs[1].kinetic_friction, scene.pairs[1].softness_m), (0.2, 0.004));

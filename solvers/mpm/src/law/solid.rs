@@ -1,0 +1,111 @@
+//! Elastic solids, and Hencky solids that flow by von Mises.
+
+use cosplat_core::scene::Lame;
+
+use super::log::Log;
+use super::{Returned, YieldNorm};
+use crate::math::{Sym, all, det_minus_one, eigen, ln_1p, square};
+use crate::real::{Lanes, Real};
+
+/// Lamé parameters, in all lanes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moduli<R: Real> {
+    pub(super) lame: Lame,
+    pub(super) lambda: R::V,
+    pub(super) mu: R::V,
+}
+
+impl<R: Real> Moduli<R> {
+    pub(super) fn new(lame: Lame) -> Self {
+        Self { lame, lambda: all::<R>(lame.lambda_pa), mu: all::<R>(lame.mu_pa) }
+    }
+
+    /// Bulk modulus `λ + 2μ/3` \[Pa\].
+    pub(super) fn bulk(&self) -> f64 {
+        self.lame.lambda_pa + 2.0 / 3.0 * self.lame.mu_pa
+    }
+
+    /// `τ = μ B + λ ln J I`.
+    #[inline]
+    pub(super) fn neo_hookean(&self, b: &Sym<R>) -> Sym<R> {
+        let pressure = self.lambda * (ln_1p::<R>(det_minus_one::<R>(b)) * all::<R>(0.5));
+        let mu = self.mu;
+        [mu * b[0] + pressure, mu * b[1] + pressure, mu * b[2] + pressure, mu * b[3], mu * b[4], mu * b[5]]
+    }
+
+    /// `τ = 2 μ e + λ Σe I`.
+    #[inline]
+    pub(super) fn hencky(&self, b: &Sym<R>) -> Sym<R> {
+        let log = Log::<R>::of(b);
+        log.stress(self.mu, self.lambda * log.sum())
+    }
+
+    /// `μ/2 (tr B - 2 ln J) + λ/2 ln² J` \[J/m³\].
+    pub(super) fn neo_hookean_energy(&self, b: [f64; 6]) -> f64 {
+        let twice_log = libm::log1p(det_minus_one::<f64>(&b.map(all::<f64>)).to_array()[0]);
+        let trace = b[0] + b[1] + b[2];
+        0.5 * self.lame.mu_pa * (trace - twice_log) + 0.125 * self.lame.lambda_pa * twice_log * twice_log
+    }
+
+    /// `μ Σe² + λ/2 (Σe)²` \[J/m³\].
+    pub(super) fn hencky_energy(&self, b: [f64; 6]) -> f64 {
+        let e = eigen::<f64>(&b.map(all::<f64>)).0.map(|beta| 0.5 * libm::log1p(beta.to_array()[0]));
+        let sum: f64 = e.iter().sum();
+        self.lame.mu_pa * e.iter().map(|e| e * e).sum::<f64>() + 0.5 * self.lame.lambda_pa * sum * sum
+    }
+
+    /// Stiffness that carries the fastest wave through the strained material \[Pa\]: `λ max(1, 1 - ln J) + μ (1 + s²)`
+    /// with the largest squared stretch `s²`, bounded by the rows of B. From the tangent `F² ∂P/∂F` of uniaxial strain.
+    pub(super) fn wave(&self, b: &Sym<R>) -> R::V {
+        let [xx, yy, zz, xy, xz, yz] = *b;
+        let (xy, xz, yz, zero, one) = (xy.abs(), xz.abs(), yz.abs(), R::V::default(), all::<R>(1.0));
+        let most = (xx + xy + xz).max(yy + xy + yz).max(zz + xz + yz).max(zero);
+        let twice_log = ln_1p::<R>(det_minus_one::<R>(b).max(all::<R>(-1.0 + 1e-7)));
+        self.lambda * (one - twice_log * all::<R>(0.5)).max(one) + self.mu * (one + one + most)
+    }
+}
+
+/// Hencky solid with von Mises plasticity, without hardening.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct VonMises<R: Real> {
+    pub(super) solid: Moduli<R>,
+    /// Largest `|dev e|`.
+    limit: f64,
+}
+
+impl<R: Real> VonMises<R> {
+    pub(super) fn new(lame: Lame, yield_stress: f64, norm: YieldNorm) -> Self {
+        Self { solid: Moduli::new(lame), limit: norm.limit(yield_stress, lame.mu_pa) }
+    }
+
+    /// Whether [`Self::flow`] could change a strain.
+    #[inline]
+    fn may_flow(&self, b: &Sym<R>) -> bool {
+        // |e| ≤ h / (1 - 2h) with h = |B|/2, so below the limit no return is possible.
+        square::<R>(b).array().iter().any(|&s| {
+            let h = 0.5 * s.f64().sqrt();
+            h >= self.limit * (1.0 - 2.0 * h)
+        })
+    }
+
+    /// Returns the strain to the yield surface; the history is the equivalent plastic strain. The energy lost is
+    /// `2 μ |dev e| Δγ` with the returned deviator.
+    ///
+    /// `Δγ = |dev e| - limit`, `e ← e - Δγ dev e / |dev e|`, `Δε_p = √(2/3) Δγ`. Source: Simo, "Algorithms for static
+    /// and dynamic multiplicative plasticity" (1992); no hardening.
+    pub(super) fn flow(&self, b: &Sym<R>, plastic: R::V) -> Option<Returned<R>> {
+        if !self.may_flow(b) {
+            return None;
+        }
+        let (log, zero, limit) = (Log::<R>::of(b), R::V::default(), all::<R>(self.limit));
+        let norm = log.deviator();
+        let excess = (norm - limit).max(zero);
+        let new = log.returned(all::<R>(1.0) - excess / norm.max(limit), log.sum());
+        Some(Returned {
+            // Untouched where nothing flows.
+            b: [0, 1, 2, 3, 4, 5].map(|i| R::V::if_less(zero, excess, new[i], b[i])),
+            past: plastic + excess * all::<R>((2.0_f64 / 3.0).sqrt()),
+            lost: excess * limit * self.solid.mu * all::<R>(2.0),
+        })
+    }
+}

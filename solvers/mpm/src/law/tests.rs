@@ -1,0 +1,71 @@
+//! The laws of solids against closed forms.
+
+use super::*;
+
+const STILL: Full<f64> = [[wide::f64x4::ZERO; 3]; 3];
+const NONE: wide::f64x4 = wide::f64x4::ZERO;
+
+/// Uniaxial stress by solving for the lateral stretch: returns the Kirchhoff stress along the axis.
+fn uniaxial(law: &Law<f64>, log_strain: f64, steps: usize) -> f64 {
+    let mut b = [all::<f64>(0.0); 6];
+    for _ in 0..steps {
+        let axial = (log_strain / steps as f64).exp() - 1.0;
+        let (mut low, mut high) = (-0.9, 0.9);
+        let mut next = b;
+        for _ in 0..60 {
+            let lateral = 0.5 * (low + high);
+            let l = [[axial, 0.0, 0.0], [0.0, lateral, 0.0], [0.0, 0.0, lateral]].map(|r| r.map(all::<f64>));
+            next = crate::math::congruence::<f64>(&l, &b);
+            next = law.flow(&next, NONE, &Room::endless()).map_or(next, |new| new.b);
+            if law.stress(&next, NONE, &STILL)[1].to_array()[0] > 0.0 { high = lateral } else { low = lateral }
+        }
+        b = next;
+    }
+    law.stress(&b, NONE, &STILL)[0].to_array()[0]
+}
+
+#[test]
+fn yields_at_the_yield_stress_or_at_that_of_the_seed() {
+    let lame = Lame::from_young_poisson(2e6, 0.22);
+    let physical = uniaxial(&Law::elastoplastic(lame, 3e4, YieldNorm::Physical), 0.2, 20);
+    let genesis = uniaxial(&Law::elastoplastic(lame, 3e4, YieldNorm::Genesis), 0.2, 20);
+    // Algebra in f64: the plateau of perfect plasticity in Kirchhoff stress.
+    assert!((physical / 3e4 - 1.0).abs() < 1e-9, "{physical}");
+    assert!((genesis / 3e4 - 1.5_f64.sqrt()).abs() < 1e-9, "{genesis}");
+}
+
+#[test]
+fn small_strains_obey_hooke() {
+    let lame = Lame::from_young_poisson(2e6, 0.22);
+    for law in [Law::<f64>::elastic(lame), Law::elastoplastic(lame, 3e6, YieldNorm::Physical)] {
+        let stress = uniaxial(&law, 1e-5, 1);
+        // Second order in a strain of 1e-5.
+        assert!((stress / (2e6 * 1e-5) - 1.0).abs() < 3e-5, "{stress}");
+    }
+}
+
+#[test]
+fn energy_is_the_work_of_the_stress() {
+    // dψ = τ : d, for a rate d that commutes with nothing in particular.
+    let lame = Lame::from_young_poisson(1e5, 0.3);
+    let b = [0.2, -0.1, 0.05, 0.07, -0.03, 0.02];
+    let d = [[0.3, 0.1, -0.2], [0.1, -0.4, 0.15], [-0.2, 0.15, 0.25]];
+    for (law, past) in [
+        (Law::<f64>::elastic(lame), 0.0),
+        (Law::elastoplastic(lame, 1e9, YieldNorm::Physical), 0.0),
+        (Law::sand(lame, 30.0, 0.0, Cone::Shear), 0.0),
+        (Law::snow(lame, cosplat_core::scene::SNOW), 0.9),
+    ] {
+        let at = |h: f64| {
+            let moved = crate::math::congruence::<f64>(&d.map(|r| r.map(|v| all::<f64>(v * h))), &b.map(all::<f64>));
+            law.energy(moved.map(|v| v.to_array()[0]), past)
+        };
+        let tau = law.stress(&b.map(all::<f64>), all::<f64>(past), &STILL).map(|v| v.to_array()[0]);
+        let power = tau[0] * d[0][0]
+            + tau[1] * d[1][1]
+            + tau[2] * d[2][2]
+            + 2.0 * (tau[3] * d[0][1] + tau[4] * d[0][2] + tau[5] * d[1][2]);
+        let found = (at(1e-5) - at(-1e-5)) / 2e-5;
+        assert!((found / power - 1.0).abs() < 1e-7, "{found} instead of {power}");
+    }
+}
