@@ -40,6 +40,14 @@ impl Kernel {
         Self { alpha: self.alpha * one, slope: self.slope * one, ..*self }
     }
 
+    /// What a lattice below a plane fills of the kernel around a place half a spacing above it, scaled as above: what the own
+    /// layer of a full lattice leaves to both sides.
+    pub(crate) fn half_space(&self, spacing: f64) -> f64 {
+        let layer = (-2..=2).flat_map(|i| (-2..=2).map(move |j| f64::from(i * i + j * j).sqrt() * spacing));
+        let filled = layer.map(|r| self.weight(r)).sum::<f64>() * spacing * spacing * spacing;
+        0.5 * (1.0 - filled / self.lattice_sum)
+    }
+
     /// `W(r)` \[1/m³\].
     #[inline]
     pub(crate) fn weight(&self, r: f64) -> f64 {

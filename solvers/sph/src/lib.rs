@@ -28,14 +28,17 @@
 //! that shows samples has one layer, or two where its samples have volume and normals; samples farther apart than one and
 //! a half spacings are refused.
 //!
-//! Not here yet, and refused by name: surface tension (left out where ρ g d²/σ > 10, refused elsewhere), moving static
-//! colliders, prescribed motion, impulses from others,
-//! bodies of different spacing in one process. A rough wall is one without slip; this is said in the plan.
+//! Viscosity is explicit, or implicit (`thick`) where it would bind the substep and no partner has friction. Surface
+//! tension (`cohesion`) is left out where ρ g d²/σ > 10: it would hold not even one particle.
 //!
-//! Known limits: an incompressible liquid's pressures are some percent too high where its particles have left their
-//! lattice, so that a box floats a tenth of its draft too high; a liquid at rest keeps its lattice, which resists slow shear; one layer of samples holds a thin layer of
-//! liquid, not a tank.
+//! Not here yet, and refused by name: moving static colliders, prescribed motion, impulses from others, bodies of different
+//! spacing in one process. A rough wall is one without slip; this is said in the plan.
+//!
+//! Known limits: pressures of single particles of an incompressible liquid scatter by some percent of the largest, their mean
+//! does not; a liquid at rest keeps its lattice, which resists slow shear; drops of few particles lock as a solid does;
+//! one layer of samples holds a thin layer of liquid, not a tank.
 
+mod cohesion;
 mod fill;
 mod force;
 mod frame;
@@ -54,6 +57,7 @@ mod report;
 mod shell;
 mod sim;
 mod store;
+mod thick;
 mod wall;
 
 pub use plugin::Sph;

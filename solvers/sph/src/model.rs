@@ -20,8 +20,13 @@ pub(crate) struct Liquid {
     pub(crate) stiffness: f64,
     /// Speed of sound at rest \[m/s\].
     pub(crate) sound: f64,
-    /// Dynamic viscosity, at least the artificial one \[Pa s\].
+    /// Dynamic viscosity of which forces are taken before a substep, at least the artificial one, and after it (`thick`), one
+    /// of both being 0 \[Pa s\].
     pub(crate) viscosity: f64,
+    pub(crate) thickness: f64,
+    /// Factor of the pull between its particles (`cohesion`) \[N\], and its surface tension \[N/m\].
+    pub(crate) cohesion: f64,
+    pub(crate) tension: f64,
     /// Identities of its particles.
     pub(crate) ids: std::ops::Range<usize>,
     /// Whether it has an interface, so that its boundary is shown.
@@ -103,6 +108,11 @@ pub(crate) struct Model {
 }
 
 impl Model {
+    /// Whether viscosity is implicit.
+    pub(crate) fn is_thick(&self) -> bool {
+        self.liquids.iter().any(|l| l.thickness > 0.0)
+    }
+
     /// Whether a place \[m\] lies inside a static solid before number `solid` among the solids.
     pub(crate) fn taken(&self, x: Vec3, solid: usize) -> bool {
         let mut before = self.statics.iter().take_while(|s| s.0 < solid);

@@ -17,7 +17,9 @@ pub(crate) struct Params {
     pub(crate) diffusion: f64,
     /// How pressure is found.
     pub(crate) pressure: Pressure,
-    /// Share of the excess without pressure that incompressible solutions may leave.
+    /// Whether viscosity is implicit, where the user says so.
+    pub(crate) implicit: Option<bool>,
+    /// Mean compression that incompressible solutions may leave.
     pub(crate) accuracy: f64,
     /// Most iterations of an incompressible solution.
     pub(crate) iterations: u64,
@@ -49,9 +51,14 @@ pub(crate) fn schema() -> Value {
                 "description": "How pressure is found: dfsph keeps the volume, wcsph follows from the density; default \
                                 wcsph, the only one beside partners that show samples"
             },
+            "viscosity": {
+                "enum": ["explicit", "implicit"],
+                "description": "How viscosity is computed; default implicit where explicit viscosity would bind the substep \
+                                and no partner has friction, else explicit"
+            },
             "pressure_accuracy": number(
                 "exclusiveMinimum",
-                "Share of the compression without pressure that a solution of dfsph may leave; default 0.01"
+                "Mean compression that a solution of dfsph may leave, and fifty times that at any place; default 1e-4"
             ),
             "max_iterations": number("exclusiveMinimum", "Most iterations of a solution of dfsph; default 100")
         }
@@ -72,7 +79,8 @@ impl Params {
             artificial: number("artificial_viscosity", 0.02, 0.0)?,
             diffusion: number("density_diffusion", 0.1, 0.0)?,
             pressure: pressure(scene)?,
-            accuracy: number("pressure_accuracy", 1e-2, f64::MIN_POSITIVE)?,
+            implicit: implicit(scene)?,
+            accuracy: number("pressure_accuracy", 1e-4, f64::MIN_POSITIVE)?,
             iterations: number("max_iterations", 100.0, 1.0)? as u64,
         })
     }
@@ -91,4 +99,23 @@ fn pressure(scene: &SolverScene) -> Result<Pressure, PluginError> {
         ))),
         (Some(_), _) => Err(PluginError::Unsupported("parameter `pressure` is neither \"dfsph\" nor \"wcsph\"".into())),
     }
+}
+
+fn implicit(scene: &SolverScene) -> Result<Option<bool>, PluginError> {
+    let wrong = |what: &str| Err(PluginError::Unsupported(what.into()));
+    match scene.params.get("viscosity").map(|v| v.as_str()) {
+        None => Ok(None),
+        Some(Some("explicit")) => Ok(Some(false)),
+        Some(Some("implicit")) if rough(scene) => wrong(
+            "the sph solver does not support: implicit viscosity beside partners with friction; use viscosity = \"explicit\", \
+             or pairs without friction",
+        ),
+        Some(Some("implicit")) => Ok(Some(true)),
+        Some(_) => wrong("parameter `viscosity` is neither \"explicit\" nor \"implicit\""),
+    }
+}
+
+/// Whether the liquid sticks to a partner.
+pub(crate) fn rough(scene: &SolverScene) -> bool {
+    scene.interfaces.iter().any(|v| v.pair.as_ref().is_none_or(|p| p.kinetic_friction > 0.0))
 }

@@ -11,6 +11,9 @@ use crate::wall::{Walls, reaction, size};
 /// Samples of a partner farther apart than this many spacings let the liquid through.
 const WIDEST: f64 = 1.5;
 
+/// Spacings below which a partner's thickness, its volume over its area, makes it a sheet: one layer, whatever its normals.
+const THIN: f64 = 0.25;
+
 /// Layers of boundary particles of a solid that shows samples with normals: the samples, and one a spacing below. What the
 /// lower one takes goes to its sample; across a spacing that misses a moment of tangential forces only.
 const LAYERS: usize = 2;
@@ -32,13 +35,15 @@ pub(crate) struct SampleSet {
 }
 
 impl SampleSet {
-    /// Boundary particles: their numbers, places \[m\] and volumes \[m³\].
-    pub(crate) fn pieces(&self) -> impl Iterator<Item = (usize, Vec3, f64)> {
+    /// Boundary particles: their numbers, places \[m\], volumes \[m³\] and depths \[m\]: a sample stands for a layer of which it
+    /// is the middle.
+    pub(crate) fn pieces(&self) -> impl Iterator<Item = (usize, Vec3, f64, f64)> {
         let layers = if self.normal.is_empty() { 1 } else { LAYERS };
         let factor = if layers == 1 { self.alone } else { 1.0 };
         (0..self.x.len() * layers).map(move |i| {
             let number = i / layers * LAYERS + i % layers;
-            (number, self.at(number).0, self.volume[i / layers] * factor)
+            let depth = (0.5 + (i % layers) as f64) * self.depth;
+            (number, self.at(number).0, self.volume[i / layers] * factor, depth)
         })
     }
 
@@ -72,8 +77,9 @@ pub(crate) struct Partners {
     crossed: Vec<Crossed>,
 }
 
-/// Volumes that the samples of each sampled partner stand for, by number of the solid.
-pub(crate) type Volumes = Vec<(usize, Vec<f64>)>;
+/// What never changes about a sampled partner: the number of its solid, the volumes that its samples stand for \[m³\], and
+/// whether it is thin, with liquid on both sides.
+pub(crate) type Volumes = Vec<(usize, Vec<f64>, bool)>;
 
 /// Reads what never changes about sampled partners.
 pub(crate) fn volumes(model: &Model, setups: &[PartnerSetup]) -> Result<Volumes, PluginError> {
@@ -81,7 +87,7 @@ pub(crate) fn volumes(model: &Model, setups: &[PartnerSetup]) -> Result<Volumes,
     let mut all: Volumes = Vec::new();
     for face in &model.faces {
         let Solid::Sampled(name) = &model.solids[face.solid] else { continue };
-        if all.iter().any(|(solid, _)| *solid == face.solid) {
+        if all.iter().any(|(solid, ..)| *solid == face.solid) {
             continue;
         }
         let refuse = |what: String| Err(PluginError::Unsupported(format!("the sph solver does not support: {what}")));
@@ -107,7 +113,10 @@ pub(crate) fn volumes(model: &Model, setups: &[PartnerSetup]) -> Result<Volumes,
             (false, true) => volume,
             (false, false) => d * d * d,
         };
-        all.push((face.solid, statics.area_m2.iter().zip(&statics.volume_m3).map(one).collect()));
+        let thick: f64 =
+            statics.volume_m3.iter().zip(&statics.area_m2).filter(|(_, a)| **a > 0.0).map(|(v, _)| v).sum();
+        let thin = thick < THIN * d * statics.area_m2.iter().sum::<f64>();
+        all.push((face.solid, statics.area_m2.iter().zip(&statics.volume_m3).map(one).collect(), thin));
     }
     Ok(all)
 }
@@ -134,8 +143,8 @@ impl Partners {
                     return Err(PluginError::Unsupported(format!("`{name}` is rigid, but shows samples")));
                 }
                 (_, _) => {
-                    let known = volumes.iter().find(|(solid, _)| *solid == face.solid);
-                    let volume = known.map(|(_, v)| v.clone()).unwrap_or_default();
+                    let known = volumes.iter().find(|(solid, ..)| *solid == face.solid);
+                    let (volume, thin) = known.map(|(_, v, thin)| (v.clone(), *thin)).unwrap_or_default();
                     let mut set = SampleSet {
                         solid: face.solid,
                         input: input.clone(),
@@ -148,7 +157,7 @@ impl Partners {
                     };
                     let count = set.volume.len();
                     let shown = input.samples(name, count)?;
-                    if shown.normal.len() == count {
+                    if shown.normal.len() == count && !thin {
                         set.normal.clone_from(&shown.normal);
                     }
                     if let Some(next) = &input.next {
@@ -185,6 +194,15 @@ impl Partners {
     pub(crate) fn speed(&self) -> f64 {
         let samples = self.sets.iter().flat_map(|s| &s.v).map(|&v| cosplat_core::boundary::norm(v));
         self.proxies.iter().map(Proxy::speed).chain(samples).fold(0.0, f64::max)
+    }
+
+    /// Longest substep \[s\] in which a rigid partner cannot be thrown farther by the liquid that it compresses than it came,
+    /// and its name: a mass m on a layer of liquid of stiffness `ρ c² A/d`, with the area A of its circumscribed circle.
+    pub(crate) fn lightest<'a>(&self, model: &'a Model) -> Option<(f64, &'a str)> {
+        let stiff = model.liquids.iter().map(|l| l.rho * l.sound * l.sound).fold(0.0, f64::max) / model.spacing;
+        let each = self.proxies.iter().map(|p| (p.swing(stiff), p.solid));
+        let (dt, solid) = each.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        if let Solid::Rigid(name, _) = &model.solids[solid] { Some((dt, name)) } else { None }
     }
 
     /// Moves samples to where they are `after` \[s\] the start of the window.

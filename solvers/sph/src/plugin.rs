@@ -54,7 +54,10 @@ impl Plugin for Sph {
             .transpose()
             .map_err(|e| PluginError::Environment(format!("{} threads: {e}", model.threads)))?;
         let speed = store.v.iter().map(|&v| cosplat_core::boundary::norm(v)).fold(0.0, f64::max);
-        let (dt, bound) = stable(&model, speed, 0.0);
+        let (dt, mut bound) = stable(&model, speed, 0.0);
+        if model.is_thick() {
+            bound.push_str("; viscosity is implicit, as it would bind otherwise or is wanted so");
+        }
         let (bodies, energy) = states(&model, &store, 0.0);
         let interfaces = model.interfaces.iter().map(|&i| InterfaceReport { interface: i, ..Default::default() });
         let report = Report {
@@ -165,6 +168,7 @@ impl Run {
             ("largest-compression-1e-6", most),
             ("strayed-particles", strayed),
             ("pressure-iterations", books.solved.iterations),
+            ("viscosity-iterations", books.thick),
             ("solutions-above-tolerance", books.solved.unfinished),
             ("largest-boundary-particles", books.boundary),
             ("sorts", books.sorts),

@@ -75,6 +75,11 @@ impl Proxy {
         (1.0 / (r.mass * r.share), now.try_inverse().unwrap_or_else(Matrix3::zeros))
     }
 
+    /// One over its frequency on a bed of that stiffness by area \[Pa/m\] under its circumscribed circle \[s\].
+    pub(crate) fn swing(&self, stiff: f64) -> f64 {
+        (self.record.mass * self.record.share / (stiff * std::f64::consts::PI * self.radius * self.radius)).sqrt()
+    }
+
     /// Accelerations of its free motion \[m/s², rad/s²\].
     pub(crate) fn background(&self) -> [Vec3; 2] {
         [self.record.background_linear, self.record.background_angular]

@@ -6,20 +6,26 @@ use cosplat_core::boundary::{Vec3, add, norm, scale};
 use cosplat_core::distance::{Placed, Shape, SignedDistance};
 use cosplat_core::plan::{BoundaryForm, LeftOut};
 use cosplat_core::plugin::{Descriptor, PluginError, Refusals, SolverScene, ViewRole};
-use cosplat_core::scene::{ActionKind, Body, Material, PairSpec, Source, StaticCollider, Wall};
+use cosplat_core::scene::{ActionKind, Body, Material, PairSpec, Source, StaticCollider, TAIT_EXPONENT, Wall};
 
+use crate::cohesion;
 use crate::fill::{fill, spacing};
 use crate::frame::Frame;
 use crate::kernel::Kernel;
 use crate::model::{Face, Gravity, Liquid, Model, Solid};
-use crate::params::{Params, Pressure};
+use crate::params::{Params, Pressure, rough};
 use crate::shell::{Piece, shell};
+use crate::sim::stable;
 use crate::store::Store;
 
 /// Spacings that differ by less than this share are the same.
 const SAME: f64 = 0.01;
 /// Bond number of a particle above which surface tension is left out.
 const WEAK_TENSION: f64 = 10.0;
+/// Share of ρ c² above which the pressure that surface tension causes inside compresses a liquid too much.
+const MOST_PRESSED: f64 = 0.1;
+/// How much longer substeps must become for implicit viscosity to pay: a solution costs about as much as these.
+const PAYS: f64 = 4.0;
 /// Distance from a static solid, in spacings, below which a particle is left out at the start: at rest it is half.
 const TOO_NEAR: f64 = 0.25;
 
@@ -67,6 +73,7 @@ pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read,
     reader.pairs();
     reader.partners();
     reader.gravity();
+    reader.viscosity();
     reader.refusals.finish()?;
     let Reader { model, left_out, velocity, .. } = reader;
     let rho = model.body.iter().map(|&b| model.liquids[b as usize].rho).collect();
@@ -108,8 +115,8 @@ impl Reader<'_> {
             Solid::Plane(frame, shape.clone())
         } else {
             let Some(pieces) = self.pieces(&wall.name, &shape) else { return };
-            let world = pieces.into_iter().map(|(x, v)| (frame.out(x), v));
-            Solid::Fixed(world.filter(|(x, _)| !self.model.taken(*x, solid)).collect())
+            let world = pieces.into_iter().map(|(x, volume, depth)| (frame.out(x), volume, depth));
+            Solid::Fixed(world.filter(|(x, ..)| !self.model.taken(*x, solid)).collect())
         };
         self.model.solids.push(made);
         self.model.statics.push((solid, Placed::at(shape, &wall.pose)));
@@ -152,7 +159,7 @@ impl Reader<'_> {
         else {
             return;
         };
-        self.surface_tension(body, rho, surface_tension_n_m);
+        let tension = self.surface_tension(body, rho, surface_tension_n_m);
         if body.mass_kg.is_some() {
             self.refusals.push(format!("a mass beside the density of the material (body `{}`)", body.name));
         }
@@ -198,6 +205,9 @@ impl Reader<'_> {
             stiffness: stiffness_pa,
             sound,
             viscosity: viscosity_pa_s.max(artificial),
+            thickness: 0.0,
+            cohesion: cohesion::factor(tension, all / points.len().max(1) as f64, &self.model.kernel),
+            tension,
             ids: first..end,
             coupled: self.scene.is_coupled(&body.name),
         });
@@ -207,28 +217,52 @@ impl Reader<'_> {
         }
     }
 
-    /// Leaves surface tension out where even a single particle is too heavy for it, by its Bond number `ρ g d²/σ`.
-    fn surface_tension(&mut self, body: &Body, rho: f64, tension: f64) {
+    /// Surface tension \[N/m\], left out where even a single particle is too heavy for it, by its Bond number `ρ g d²/σ`.
+    fn surface_tension(&mut self, body: &Body, rho: f64, tension: f64) -> f64 {
         if tension <= 0.0 {
-            return;
+            return 0.0;
         }
         let g = self.scene.actions.iter().filter_map(|a| match a.kind {
             ActionKind::Gravity { acceleration_m_s2 } => Some(norm(acceleration_m_s2)),
             _ => None,
         });
         let bond = rho * g.fold(0.0, f64::max) * self.model.spacing * self.model.spacing / tension;
-        let what = format!("surface tension of `{}`", body.name);
         if bond < WEAK_TENSION {
-            let why = format!("{what} where it matters: ρ g d²/σ = {bond:.3} is below {WEAK_TENSION}; set it to 0");
-            return self.refusals.push(why);
+            let sound = body.material.wave_speed_m_s().unwrap_or(1.0);
+            let (pressed, least) = (cohesion::inside(tension, &self.model.kernel), rho * sound * sound * MOST_PRESSED);
+            if self.model.params.pressure == Pressure::Weak && pressed > least {
+                self.refusals.push(format!(
+                    "a surface tension of {tension} N/m at a spacing of {} m, which presses `{}` by {pressed:.3e} Pa, \
+                     more than {MOST_PRESSED} ρ c²: a `stiffness` of at least {:.3e} Pa would bear it",
+                    self.model.spacing,
+                    body.name,
+                    pressed / MOST_PRESSED / TAIT_EXPONENT
+                ));
+            }
+            return tension;
         }
         self.left_out.push(LeftOut {
-            what,
+            what: format!("surface tension of `{}`", body.name),
             why: "it holds no drop as large as a particle against gravity: ρ g d²/σ is above the limit".to_owned(),
             indicator: Some(bond),
             limit: Some(WEAK_TENSION),
             saved: "not measured".to_owned(),
         });
+        0.0
+    }
+
+    /// Makes viscosity implicit where that pays, or where the user wants it.
+    fn viscosity(&mut self) {
+        let (before, _) = stable(&self.model, 0.0, 0.0);
+        let as_explicit = self.model.liquids.clone();
+        for liquid in &mut self.model.liquids {
+            (liquid.thickness, liquid.viscosity) = (liquid.viscosity, 0.0);
+        }
+        let (after, _) = stable(&self.model, 0.0, 0.0);
+        let pays = before * PAYS < after && !rough(self.scene);
+        if !self.model.params.implicit.unwrap_or(pays) {
+            self.model.liquids = as_explicit;
+        }
     }
 
     fn pairs(&mut self) {

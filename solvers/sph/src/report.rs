@@ -3,6 +3,7 @@
 use cosplat_core::boundary::{Vec3, Wrench, add, cross, dot, norm, scale, sub};
 use cosplat_core::plugin::{BodyState, Energy};
 
+use crate::cohesion;
 use crate::force::stored;
 use crate::model::Model;
 use crate::params::Pressure;
@@ -15,7 +16,8 @@ const FAR: f64 = 20.0;
 pub(crate) fn states(model: &Model, store: &Store, t: f64) -> (Vec<BodyState>, Energy) {
     let at_rest = BodyState { orientation: [0.0, 0.0, 0.0, 1.0], ..BodyState::default() };
     let mut bodies = vec![at_rest; model.liquids.len()];
-    let mut energy = Energy { dissipated_j: store.dissipated, ..Energy::default() };
+    let mut energy =
+        Energy { dissipated_j: store.dissipated, potential_j: cohesion::energy(model, store), ..Energy::default() };
     for i in 0..store.len() {
         let id = store.id[i] as usize;
         let (b, mass, x, v) = (model.body[id] as usize, model.mass[id], store.x[i], store.v[i]);

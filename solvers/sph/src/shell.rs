@@ -17,17 +17,18 @@ const MOST_PIECES: usize = 3_000_000;
 /// Shares of a cell below which it is left out.
 const LEAST_SHARE: f64 = 0.05;
 
-/// A place below a surface and the volume that it stands for \[m, m³\].
-pub(crate) type Piece = (Vec3, f64);
+/// A place below a surface, the volume that it stands for and how deep it lies \[m, m³, m\].
+pub(crate) type Piece = (Vec3, f64, f64);
 
 /// What a cell of the lattice, its middle at that signed distance along that normal, has inside.
 fn piece(x: Vec3, (distance, normal): Distance, spacing: f64) -> Option<Piece> {
     let share = (0.5 - distance / spacing).clamp(0.0, 1.0);
     let whole = spacing * spacing * spacing;
     if share >= 1.0 {
-        return Some((x, whole));
+        return Some((x, whole, -distance));
     }
-    (share >= LEAST_SHARE).then(|| (add(x, scale(normal, -0.5 * share * spacing - distance)), share * whole))
+    let depth = 0.5 * share * spacing;
+    (share >= LEAST_SHARE).then(|| (add(x, scale(normal, -depth - distance)), share * whole, depth))
 }
 
 /// A lattice of cells over the box around a shape.
@@ -118,7 +119,7 @@ fn inside(shape: &Shape, spacing: f64, depth: f64) -> Result<Vec<Piece>, String>
     let lattice = Lattice { shape, low, step, above, below: depth };
     let mut pieces = Vec::new();
     lattice.visit(&count.map(|n| 0..n as usize), &mut |x, near| {
-        pieces.extend(if fits { Some((x, step.iter().product())) } else { piece(x, near, spacing) });
+        pieces.extend(if fits { Some((x, step.iter().product(), -near.0)) } else { piece(x, near, spacing) });
         pieces.len() <= MOST_PIECES
     });
     Ok(pieces)
@@ -144,7 +145,7 @@ pub(crate) fn below_plane(plane: &Shape, x: impl Iterator<Item = Vec3>, reach: f
             let at = |corner: i64, n: usize| corner as f64 * tile + (n as f64 + 0.5) * spacing;
             let x = [at(i, n % 3), at(j, n / 3 % 3), -((n / 9) as f64 + 0.5) * spacing];
             if plane.distance(x).0.is_finite() {
-                pieces.push((x, spacing * spacing * spacing));
+                pieces.push((x, spacing * spacing * spacing, -x[2]));
             }
         }
     }

@@ -12,10 +12,16 @@ use crate::near::{CHUNK, Lists, around};
 use crate::params::Pressure;
 use crate::partner::Partners;
 use crate::store::Store;
+use crate::thick::Thick;
 use crate::wall::{Liquids, Walls};
 
+/// Largest `ν dt/h²` of explicit viscosity. The operator's diagonal is `8.05 ν/h²`, its largest eigenvalue at most twice that,
+/// and walls that mirror velocities add to it: 2/16.1 = 0.12 less a margin.
+pub(crate) const VISCOUS: f64 = 0.07;
 /// Width of the shell around the kernel that lists hold, in spacings.
 const SKIN: f64 = 0.2;
+/// Substeps that lists with a skin must last.
+const FEW: f64 = 4.0;
 /// Particles below which one thread is faster than several.
 const SERIAL_BELOW: usize = 2000;
 /// Speed over that of sound above which a result means nothing.
@@ -36,8 +42,9 @@ pub(crate) struct Books {
     pub(crate) sorts: u64,
     /// Boundary particles in reach at the end.
     pub(crate) boundary: u64,
-    /// Iterations of incompressible solutions.
+    /// Iterations of incompressible solutions, and of those of viscosity.
     pub(crate) solved: Solved,
+    pub(crate) thick: u64,
 }
 
 /// Working memory: nothing in it outlives a step.
@@ -50,6 +57,7 @@ pub(crate) struct Scratch {
     next: Vec<f64>,
     sums: Vec<Sums>,
     projection: Projection,
+    thick: Thick,
 }
 
 /// One step of the coupling in progress.
@@ -83,7 +91,12 @@ pub(crate) fn stable(model: &Model, speed: f64, acceleration: f64) -> (f64, Stri
         bind(courant * h / (liquid.sound + speed), &|| {
             format!("sound in `{}` (Courant number {courant} over the smoothing length)", liquid.name)
         });
-        bind(0.125 * h * h * liquid.rho / liquid.viscosity, &|| format!("viscosity of `{}`", liquid.name));
+        bind(VISCOUS * h * h * liquid.rho / liquid.viscosity, &|| format!("viscosity of `{}`", liquid.name));
+    }
+    for liquid in model.liquids.iter().filter(|l| l.tension > 0.0) {
+        // The shortest capillary wave, of two smoothing lengths, may pass a quarter of one (Brackbill et al. 1992, eq. 61).
+        let dt = 0.25 * (liquid.rho * h * h * h / (std::f64::consts::PI * liquid.tension)).sqrt();
+        bind(dt, &|| format!("surface tension of `{}`", liquid.name));
     }
     bind(0.25 * (h / acceleration).sqrt(), &|| "acceleration of particles".to_owned());
     best
@@ -96,19 +109,28 @@ impl Course<'_> {
 
     /// Covers the step.
     pub(crate) fn run(&mut self, pulse: &mut dyn Pulse, pool: Option<&rayon::ThreadPool>) -> Result<(), PluginError> {
-        // An incompressible liquid's substeps are so long that no list outlives one.
-        let weak = self.model.params.pressure == Pressure::Weak;
-        let skin = if weak { SKIN * self.model.spacing } else { 0.0 };
+        let mut skin = 0.0;
         let many = self.parallel();
         let (mut time, mut moved) = (0.0, f64::INFINITY);
         let mut speed = self.store.v.iter().map(|&v| norm(v)).fold(0.0, largest);
         while time < self.length {
-            let (bound_dt, bound) = stable(self.model, speed, self.store.acceleration);
+            let (mut bound_dt, mut bound) = stable(self.model, speed, self.store.acceleration);
+            if self.model.params.pressure == Pressure::Weak
+                && let Some((dt, solid)) = self.partners.lightest(self.model)
+                && dt < bound_dt
+            {
+                (bound_dt, bound) = (dt, format!("mass of partner `{solid}`"));
+            }
             let left = self.length - time;
             let count = (left / bound_dt - 1e-9).ceil().max(1.0);
             let dt = left / count;
             self.books.bound = if self.length < bound_dt { "coupling window".to_owned() } else { bound };
             let stale = moved > skin;
+            if stale {
+                // A skin that would not outlive a few substeps only makes the lists longer.
+                let wide = SKIN * self.model.spacing;
+                skin = if count > 1.0 && 2.0 * FEW * speed * dt < wide { wide } else { 0.0 };
+            }
             let mut both = || {
                 if stale {
                     self.list(skin);
@@ -162,13 +184,15 @@ impl Course<'_> {
                 *g = cosplat_core::boundary::add(*g, scale(action.acceleration, share));
             }
         }
-        let Scratch { lists, walls, pack, acceleration, next, sums, projection } = &mut **scratch;
+        let Scratch { lists, walls, pack, acceleration, next, sums, projection, thick } = &mut **scratch;
         partners.place(time);
         walls.place(model, partners);
         let pass = Pass { model, lists, gravity: &gravity, dt, parallel };
         if model.params.pressure == Pressure::Incompressible {
-            let mut parts = Parts { pass, store, pack, walls, partners, acceleration, sums };
-            books.solved.add(projection.substep(&mut parts));
+            let mut parts = Parts { pass, store, pack, walls, partners, acceleration, sums, thick };
+            let (solved, spread) = projection.substep(&mut parts);
+            books.solved.add(solved);
+            books.thick += spread;
         } else {
             pass.pack(store, &mut pack[..store.len()]);
             walls.extrapolate(&Liquids { model, pack, gravity: &gravity, parallel });
@@ -177,6 +201,9 @@ impl Course<'_> {
             partners.book(model, walls, dt);
             walls.refresh(model, partners);
             pass.kick(acceleration, store, pack, sums);
+            if model.is_thick() {
+                books.thick += thick.spread(&pass, store, &mut pack[..], walls, sums);
+            }
             pass.compress(store, pack, walls, next);
             std::mem::swap(next, &mut store.rho);
         }

@@ -2,7 +2,9 @@
 //!
 //! Pressure and velocity are extrapolated from the liquid (Adami, Hu and Adams 2012, eqs. 23 and 27), without the
 //! wall's own acceleration, which would make the motion of a light body depend on its own last acceleration. A liquid
-//! never pulls at a wall.
+//! never pulls at a wall. Their mirrored velocity, `v_w - (⟨v⟩ - v_w)`, is taken times depth over the mean height of what was
+//! averaged, so that a flow that is linear in the height has no speed at the surface (as Morris, Fox and Zhu 1997, §3.4, do
+//! pair by pair).
 
 use cosplat_core::boundary::{Vec3, cross, norm, scale, sub};
 use wide::f64x4;
@@ -16,16 +18,21 @@ use crate::partner::Partners;
 use crate::shell::below_plane;
 use crate::store::Store;
 
+/// Mean height of the liquid near a boundary particle that is believed, in spacings, and largest factor of its velocity.
+const LOWEST: f64 = 0.25;
+const STEEPEST: f64 = 4.0;
+
 /// A boundary particle as one body sees it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece {
     /// Face, and place among the solid's particles or samples.
     pub(crate) face: u32,
     pub(crate) index: u32,
-    /// Position \[m\], velocity \[m/s\] and volume \[m³\].
+    /// Position \[m\], velocity \[m/s\], volume \[m³\] and depth below its surface \[m\].
     pub(crate) x: Vec3,
     pub(crate) v: Vec3,
     pub(crate) volume: f64,
+    pub(crate) depth: f64,
     /// Impulse on the liquid \[N s\], its size \[N s\] and work \[J\] in the last substep.
     pub(crate) impulse: Vec3,
     pub(crate) work: f64,
@@ -41,6 +48,7 @@ pub(crate) struct Walls {
     moving: Vec<Pack>,
     /// Viscosity at each \[Pa s\], 0 where the liquid slips; and whether it belongs to a partner, as 1.
     rubs: Vec<[f64; 2]>,
+    grip: Vec<f64>,
     /// Liquid particles near each.
     lists: Lists,
     /// Boundary particles near each liquid particle: ends and numbers.
@@ -64,11 +72,6 @@ impl Walls {
         &self.near[self.first[i] as usize..self.first[i + 1] as usize]
     }
 
-    /// Where the list of a liquid particle begins among all.
-    pub(crate) fn first(&self, i: usize) -> usize {
-        self.first[i] as usize
-    }
-
     /// Finds all that are closer than `reach` to the liquid.
     pub(crate) fn find(
         &mut self,
@@ -81,13 +84,13 @@ impl Walls {
     ) {
         let mut all = Vec::new();
         for (f, face) in model.faces.iter().enumerate() {
-            let mut add = |index: usize, x: Vec3, volume: f64| {
+            let mut add = |index: usize, x: Vec3, volume: f64, depth: f64| {
                 if !grid.occupied(x) {
                     return;
                 }
                 let (zero, face) = ([0.0; 3], f as u32);
                 let index = index as u32;
-                let made = Piece { face, index, x, v: zero, volume, impulse: zero, work: 0.0 };
+                let made = Piece { face, index, x, v: zero, volume, depth, impulse: zero, work: 0.0 };
                 all.push(made);
             };
             match &model.solids[face.solid] {
@@ -95,21 +98,22 @@ impl Walls {
                     let own =
                         store.id.iter().zip(&store.x).filter(|(id, _)| model.body[**id as usize] == face.body as u32);
                     let local = own.map(|(_, &x)| frame.into_local(x));
-                    for (x, volume) in below_plane(shape, local, reach, model.spacing) {
+                    for (x, volume, depth) in below_plane(shape, local, reach, model.spacing) {
                         let x = frame.out(x);
                         if !model.taken(x, face.solid) {
-                            add(0, x, volume);
+                            add(0, x, volume, depth);
                         }
                     }
                 }
-                Solid::Fixed(pieces) => pieces.iter().for_each(|&(x, volume)| add(0, x, volume)),
+                Solid::Fixed(pieces) => pieces.iter().for_each(|&(x, volume, depth)| add(0, x, volume, depth)),
                 Solid::Rigid(_, pieces) => {
                     let Some(proxy) = partners.proxy(face.solid) else { continue };
-                    pieces.iter().enumerate().for_each(|(i, &(x, volume))| add(i, proxy.frame.out(x), volume));
+                    let each = pieces.iter().enumerate();
+                    each.for_each(|(i, &(x, volume, depth))| add(i, proxy.frame.out(x), volume, depth));
                 }
                 Solid::Sampled(_) => {
                     let Some(samples) = partners.samples(face.solid) else { continue };
-                    samples.pieces().for_each(|(i, x, volume)| add(i, x, volume));
+                    samples.pieces().for_each(|(i, x, volume, depth)| add(i, x, volume, depth));
                 }
             }
         }
@@ -134,6 +138,7 @@ impl Walls {
             [viscosity, f64::from(u8::from(face.interface.is_some()))]
         });
         self.rubs = rubs.chain([[0.0; 2]]).collect();
+        self.grip = vec![0.0; kept.len() + 1];
         self.seen = vec![Pack::default(); kept.len() + 1];
         self.moving = self.seen.clone();
     }
@@ -171,16 +176,17 @@ impl Walls {
     /// Extrapolates pressure and velocity from the liquid.
     pub(crate) fn extrapolate(&mut self, liquids: &Liquids<'_>) {
         let (model, kernel) = (liquids.model, liquids.model.kernel);
-        let Self { pieces, lists, seen, .. } = self;
-        let mut nothing = vec![(); lists.chunks().len()];
+        let Self { pieces, lists, seen, grip, .. } = self;
         let count = pieces.len();
-        for_chunks(liquids.parallel, &mut seen[..count], &mut nothing, &|c, seen, ()| {
+        let mut grips: Vec<&mut [f64]> = grip[..count].chunks_mut(CHUNK).collect();
+        for_chunks(liquids.parallel, &mut seen[..count], &mut grips, &|c, seen, grip| {
             for (k, seen) in seen.iter_mut().enumerate() {
                 let piece = &pieces[c * CHUNK + k];
                 let face = &model.faces[piece.face as usize];
                 let g = scale(liquids.gravity[face.body], model.liquids[face.body].rho).map(f64x4::splat);
                 let own = Pack { x: piece.x, volume: piece.volume, v: [0.0; 3], pressure: 0.0 };
                 let (mut sum, mut pressure, mut velocity) = (f64x4::ZERO, f64x4::ZERO, [f64x4::ZERO; 3]);
+                let mut way = [f64x4::ZERO; 3];
                 for i in lists.chunks()[c].row(k).chunks_exact(LANES) {
                     let others = Four::new(&own, liquids.pack, i);
                     let weight = others.volume * kernel.weights(others.r);
@@ -188,10 +194,15 @@ impl Walls {
                     sum += weight;
                     pressure += weight * (others.pressure + a + b + c);
                     velocity = [0, 1, 2].map(|k| velocity[k] - weight * others.relative[k]);
+                    way = [0, 1, 2].map(|k| way[k] + weight * others.apart[k]);
                 }
                 let sum = sum.reduce_add();
                 let one = if sum > 0.0 { 1.0 / sum } else { 0.0 };
-                let v = sub(scale(piece.v, 2.0), scale(gather(velocity), one));
+                // Beside a flat surface the mean way to the liquid is along its normal.
+                let height = (norm(gather(way)) * one - piece.depth).max(LOWEST * model.spacing);
+                let times = (piece.depth / height).min(STEEPEST);
+                let v = sub(scale(piece.v, 1.0 + times), scale(gather(velocity), one * times));
+                grip[k] = if face.slips { 0.0 } else { (1.0 + times) * model.liquids[face.body].thickness };
                 *seen = Pack { v, pressure: (pressure.reduce_add() * one).max(0.0), ..own };
             }
         });
@@ -221,6 +232,12 @@ impl Walls {
         }
         let (all, partners) = (gather(all), gather(partners));
         (sub(all, partners), partners, lost.reduce_add())
+    }
+
+    /// Implicit viscosities at four, times how much more a particle's own velocity, mirrored at the surface, makes of it.
+    #[inline]
+    pub(crate) fn grips(&self, b: &[u32]) -> f64x4 {
+        f64x4::new([0, 1, 2, 3].map(|k| self.grip[b[k] as usize]))
     }
 
     /// Boundary particles press no longer, but rub.

@@ -147,6 +147,53 @@ fn a_vessel_of_samples_carries_the_water() {
 }
 
 #[test]
+fn a_sheet_bears_water_on_both_sides() {
+    let (d, n, window) = (0.02, 8, 2e-3);
+    let side = f64::from(n) * d;
+    // Two blocks, half a spacing off a sheet at z = 0, move against it.
+    let points = |up: f64| {
+        (0..n * n * 3)
+            .map(move |i| [i % n, i / n % n, i / n / n].map(f64::from))
+            .map(move |[x, y, z]| [(x + 0.5) * d, (y + 0.5) * d, up * (z + 1.0) * d])
+    };
+    let mut body = liquid(water(25.0, 1.0), [1.0; 3], [0.0; 3], d);
+    body.source = Source::Points { positions_m: points(1.0).chain(points(-1.0)).collect() };
+    body.velocity = cosplat_core::scene::VelocityField::LinearMap {
+        linear_m_s: [0.0; 3],
+        gradient_1_s: [[0.0; 3], [0.0; 3], [0.0, 0.0, -10.0]],
+        about_m: [0.0; 3],
+    };
+    let mut start = scene(vec![body], tank(side, side, Wall::Slip).split_off(1), window);
+    start.actions.clear();
+    start.interfaces.push(meets("sheet", BoundaryForm::SamplesF64 { normals: true }, None, 0.0));
+    let samples = Samples {
+        position: (-2..n + 2)
+            .flat_map(|i| (-2..n + 2).map(move |j| [i, j]))
+            .map(|[i, j]| [i, j].map(|i| (f64::from(i) + 0.5) * d))
+            .map(|[x, y]| [x, y, 0.0])
+            .collect(),
+        ..Samples::default()
+    };
+    let count = samples.position.len();
+    let samples = Samples { velocity: vec![[0.0; 3]; count], normal: vec![[0.0, 0.0, 1.0]; count], ..samples };
+    let (area_m2, volume_m3) = (vec![d * d; count], vec![0.1 * d * d * d; count]);
+    let statics = SampleStatics { area_m2, volume_m3, ..SampleStatics::equal(count, 0.01) };
+    let mut run = Run::with(start, &[PartnerSetup { interface: 0, statics }]);
+    let (mut sum, mut gross) = (0.0, 0.0);
+    for _ in 0..25 {
+        let now = BoundaryState::Samples(samples.clone());
+        let partner = PartnerInput { interface: 0, rule: MotionRule::Hold, now, next: None, length_s: window };
+        let out = run.step_with(&Inputs { partners: vec![partner], impulses: Vec::new() });
+        (sum, gross) = (sum + out.impulses[0].1.total()[2], gross + out.report.interfaces[0].gross);
+    }
+    let (x, ..) = columns(&run.bytes());
+    let above = x.iter().filter(|x| x[2] > 0.0).count();
+    println!("{above} of {} above, impulse {sum:e} of {gross}", x.len());
+    // By symmetry both sides press alike, up to the order of sums.
+    assert!(above * 2 == x.len() && gross > 0.1 && sum.abs() < 1e-9 * gross, "{above} {sum} {gross}");
+}
+
+#[test]
 fn threads_change_nothing() {
     same_with_threads("wcsph");
     same_with_threads("dfsph");
@@ -206,8 +253,8 @@ fn what_it_cannot_do_is_refused_by_name() {
             *surface_tension_n_m = value;
         }
     };
-    // Bond numbers of a particle of 2 cm: 3.9 and 392.
-    assert!(refused(&|s| tension(s, 1.0)).contains("surface tension of `water`"));
+    // Bond numbers of a particle of 2 cm: 0.1 and 392. The first would press it by 178 · 40 Pa, where 0.1 ρ c² is 40 kPa.
+    assert!(refused(&|s| tension(s, 300.0)).contains("surface tension of 300 N/m"));
     let mut weak = scene(vec![body.clone()], Vec::new(), 1e-3);
     tension(&mut weak, 0.01);
     let left_out = Sph::default().setup(&weak).expect("a scene it takes").left_out;

@@ -126,12 +126,13 @@ impl Contacts {
     }
 
     /// What pressures, times volume, over `dt` \[s\] would give the partners.
-    pub(crate) fn answer(&mut self, pushed: &[f64], edge: &Edge, dt: f64) {
+    pub(crate) fn answer(&mut self, pushed: &[f32], edge: &Edge, dt: f64) {
         let mut sums = vec![[[0.0; 3]; 2]; self.twists.len()];
         for c in &self.all {
             let [linear, angular] = &mut sums[c.partner];
-            *linear = add(*linear, scale(c.linear, pushed[c.particle] * dt));
-            *angular = add(*angular, scale(c.angular, pushed[c.particle] * dt));
+            let impulse = f64::from(pushed[c.particle]) * dt;
+            *linear = add(*linear, scale(c.linear, impulse));
+            *angular = add(*angular, scale(c.angular, impulse));
         }
         for t in &self.touches {
             let [linear, angular] = &mut sums[t.partner];
@@ -163,17 +164,9 @@ impl Contacts {
         }
     }
 
-    /// Adds to the impulses of partners on the liquid those by pressures, which times volume are `pushed` \[J\]; the liquid's
-    /// velocities were in the packs before its impulses and are `after` them.
-    pub(crate) fn press(
-        &self,
-        walls: &mut Walls,
-        pass: &Pass<'_>,
-        edge: &Edge,
-        pack: &[Pack],
-        after: &[Vec3],
-        pushed: &[f64],
-    ) {
+    /// Adds to the impulses of partners on the liquid those by pressures, which are in the packs; the liquid's velocities
+    /// were in the packs before its impulses and are `after` them.
+    pub(crate) fn press(&self, walls: &mut Walls, pass: &Pass<'_>, edge: &Edge, pack: &[Pack], after: &[Vec3]) {
         let kernel = pass.model.kernel.scaled();
         for t in &self.touches {
             let (brim, mut piece) = (&edge.brims[t.piece], walls.pieces[t.piece]);
@@ -182,18 +175,11 @@ impl Contacts {
                 let Some(v) = after.get(i) else { continue };
                 let apart = sub(pack[i].x, piece.x);
                 let slope = kernel.slope(norm(apart));
-                let force = scale(apart, -(pushed[i] * brim.volume + pack[i].volume * brim.pushed) * slope);
+                let force = scale(apart, -(pack[i].pressure * brim.volume + brim.pushed) * pack[i].volume * slope);
                 piece.impulse = add(piece.impulse, scale(force, pass.dt));
                 piece.work += 0.5 * pass.dt * dot(force, add(pack[i].v, *v));
             }
             walls.pieces[t.piece] = piece;
-        }
-    }
-
-    /// The partners keep what pressures have given.
-    pub(crate) fn keep(&mut self) {
-        for (twist, [linear, angular]) in self.twists.iter_mut().zip(&self.gained) {
-            (twist.linear, twist.angular) = (add(twist.linear, *linear), add(twist.angular, *angular));
         }
     }
 

@@ -1,31 +1,50 @@
 //! How full the space around each particle is, and how that changes with the velocities.
 //!
-//! The rate of the filled share is `Σ_j V_j (v_i - v_j)·∇W_ij` over particles and boundary particles (`wall`), and the force
-//! of pressures its transpose, `-V_i (p_i G_i + Σ_j V_j p_j ∇W_ij)` with `G_i = Σ_j V_j ∇W_ij`. The kernel is scaled so that a
-//! cubic lattice is full.
+//! The rate of the filled share is `Σ_j V_j (v_i - v_j)·∇W_ij/M_i` over particles and boundary particles (`wall`). `M_i` is
+//! what that sum makes of the liquid swelling by one, a third of `-Σ_j V_j x_ij·∇W_ij`: with it the rate of a uniform
+//! expansion is exact wherever the particles are. The force of pressures is the transpose, with `q = p/M`:
+//! `-V_i (q_i G_i + Σ_j V_j q_j ∇W_ij)` and `G_i = Σ_j V_j ∇W_ij`; with it pressures are what the liquid presses with. The
+//! kernel is scaled so that a cubic lattice is full.
 
-use cosplat_core::boundary::{Vec3, dot, scale};
-use wide::f64x4;
+use cosplat_core::boundary::{Vec3, Wrench, add, cross, dot, scale};
+use wide::{f32x4, f64x4};
 
-use crate::force::Pass;
+use crate::force::{Pass, Sums};
 use crate::incompressible::contact::Contacts;
+use crate::incompressible::pairs::{Pairs, across, along};
 use crate::incompressible::wall::Edge;
+use crate::kernel::Kernel;
 use crate::lanes::{Four, LANES, Pack, gather};
 use crate::near::{CHUNK, for_chunks};
 use crate::store::Store;
 use crate::wall::Walls;
+
+/// Range of `M`: half of a kernel beyond a surface is missing, but what is there does not swell to fill it.
+const MOMENTS: [f64; 2] = [0.8, 1.2];
 
 /// What a particle keeps over a substep.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Row {
     /// Gradient of the filled share \[1/m\].
     pull: Vec3,
-    /// Filled share.
+    /// Filled share: all of it, and what the liquid and boundary particles fill.
     pub(crate) filled: f64,
-    /// Rate of the filled share's rate by the own pressure \[1/(Pa s²)\].
+    pub(crate) by_liquid: f64,
+    pub(crate) by_walls: f64,
+    /// Rate of the filled share's rate by the own pressure \[1/(Pa s²)\], and the same with what rigid partners answer to all
+    /// that press them at once.
     pub(crate) diagonal: f64,
     /// Volume over mass \[m³/kg\].
     light: f64,
+    /// One over `M`.
+    pub(crate) swell: f64,
+}
+
+/// Pairs of a chunk, with the liquid and with boundary particles.
+#[derive(Clone, Debug, Default)]
+struct Stored {
+    liquid: Pairs,
+    walls: Pairs,
 }
 
 /// Gradients of the kernel over one substep.
@@ -33,8 +52,44 @@ pub(crate) struct Row {
 pub(crate) struct Operator {
     pub(crate) rows: Vec<Row>,
     pub(crate) edge: Edge,
-    /// Of each group of neighbours, in the order of the lists \[1/m⁴\].
-    gradients: Vec<Vec<[f64x4; 3]>>,
+    stored: Vec<Stored>,
+}
+
+/// Sums over pairs with the liquid or with boundary particles.
+#[derive(Clone, Copy, Debug, Default)]
+struct Around {
+    pull: Vec3,
+    filled: f64,
+    moment: f64,
+    /// `Σ V²/m |∇W|²`.
+    square: f64,
+}
+
+/// Sums over the pairs of `own` with a list, which are kept; `light` is what moves of a neighbour \[m³/kg\].
+#[inline]
+fn around(
+    kernel: &Kernel,
+    own: &Pack,
+    packs: &[Pack],
+    list: &[u32],
+    light: impl Fn(u32) -> f64,
+    kept: &mut Pairs,
+) -> Around {
+    let (mut pull, mut filled) = ([f64x4::ZERO; 3], f64x4::ZERO);
+    let (mut moment, mut square) = (f64x4::ZERO, f64x4::ZERO);
+    for j in list.chunks_exact(LANES) {
+        let others = Four::new(own, packs, j);
+        let (slope, weight) = (kernel.slopes(others.r), kernel.weights(others.r));
+        let gradient = others.apart.map(|a| a * slope);
+        filled += others.volume * weight;
+        pull = [0, 1, 2].map(|k| pull[k] + others.volume * gradient[k]);
+        let length = others.volume * slope * others.square;
+        moment -= length;
+        square += f64x4::new([0, 1, 2, 3].map(|l| light(j[l]))) * length * slope;
+        kept.push(gradient, weight);
+    }
+    let [filled, moment, square] = [filled, moment, square].map(f64x4::reduce_add);
+    Around { pull: gather(pull), filled, moment, square }
 }
 
 impl Operator {
@@ -48,34 +103,31 @@ impl Operator {
         };
         self.edge.measure(pass, pack, walls, &store.warm);
         self.rows.resize(n, Row::default());
-        self.gradients.resize(n.div_ceil(CHUNK), Vec::new());
-        let edge = &self.edge;
-        for_chunks(pass.parallel, &mut self.rows, &mut self.gradients, &|c, rows, gradients| {
-            gradients.clear();
+        self.stored.resize(n.div_ceil(CHUNK), Stored::default());
+        for_chunks(pass.parallel, &mut self.rows, &mut self.stored, &|c, rows, stored| {
+            stored.liquid.clear();
+            stored.walls.clear();
             for (k, row) in rows.iter_mut().enumerate() {
                 let i = c * CHUNK + k;
                 let own = &pack[i];
-                let (mut pull, mut filled, mut square) = ([f64x4::ZERO; 3], f64x4::ZERO, f64x4::ZERO);
-                for j in pass.lists.chunks()[c].row(k).chunks_exact(LANES) {
-                    let others = Four::new(own, pack, j);
-                    let slope = kernel.slopes(others.r);
-                    let gradient = others.apart.map(|a| a * slope);
-                    filled += others.volume * kernel.weights(others.r);
-                    pull = [0, 1, 2].map(|k| pull[k] + others.volume * gradient[k]);
-                    let length = gradient[0] * gradient[0] + gradient[1] * gradient[1] + gradient[2] * gradient[2];
-                    square += others.volume * f64x4::new([0, 1, 2, 3].map(|l| light(j[l]))) * length;
-                    gradients.push(gradient);
-                }
-                let (by_walls, filled_by_walls) = edge.of(walls, i);
-                let pull = [0, 1, 2].map(|k| gather(pull)[k] + by_walls[k]);
+                let liquid = around(&kernel, own, pack, pass.lists.chunks()[c].row(k), light, &mut stored.liquid);
+                let solid = around(&kernel, own, walls.packs(), walls.near(i), |_| 0.0, &mut stored.walls);
+                let pull = add(liquid.pull, solid.pull);
                 // The pressure of a boundary particle follows: about as if its gradient counted twice.
-                let twice = [0, 1, 2].map(|k| pull[k] + by_walls[k]);
+                let twice = add(pull, solid.pull);
+                let by_liquid = liquid.filled + own.volume * kernel.weight(0.0);
+                let moment = (liquid.moment + solid.moment) / 3.0;
+                let swell = 1.0 / moment.clamp(MOMENTS[0], MOMENTS[1]);
                 let light = light(i as u32);
+                let square = light * dot(pull, pull).max(dot(twice, twice)) + own.volume * liquid.square;
                 *row = Row {
                     pull,
-                    filled: filled.reduce_add() + filled_by_walls + own.volume * kernel.weight(0.0),
-                    diagonal: light * dot(pull, pull).max(dot(twice, twice)) + own.volume * square.reduce_add(),
+                    filled: by_liquid + solid.filled,
+                    by_liquid,
+                    by_walls: solid.filled,
+                    diagonal: square * swell * swell,
                     light,
+                    swell,
                 };
             }
         });
@@ -84,79 +136,90 @@ impl Operator {
     /// Adds to the diagonal what rigid partners would answer, as a bound over the row: a light one answers to all that
     /// press it at once.
     pub(crate) fn weigh(&mut self, contacts: &mut Contacts, pack: &[Pack]) {
-        contacts.bound(pack, |i, more| self.rows[i].diagonal += more);
+        let rows = &mut self.rows;
+        contacts.bound(pack, |i, more| rows[i].diagonal += more * rows[i].swell * rows[i].swell);
     }
 
-    /// Accelerations by pressures, of which `pushed` are the products with volumes \[J\], and the same times volume.
+    /// Changes of velocities over `dt` by pressures, times volumes \[m⁴/s\]; `pushed` are the products `q V` \[J\].
     pub(crate) fn accelerate(
         &mut self,
         pass: &Pass<'_>,
         walls: &Walls,
-        pressure: &[f64],
-        pushed: &[f64],
-        acceleration: &mut [Vec3],
+        pack: &[Pack],
+        pushed: &[f32],
+        moved: &mut [f32x4],
     ) {
         let n = self.rows.len();
         self.edge.press(pass, walls, pushed);
-        let mut nothing = vec![(); self.gradients.len()];
-        for_chunks(pass.parallel, &mut acceleration[..n], &mut nothing, &|c, acceleration, ()| {
-            let mut groups = self.gradients[c].iter();
-            for (k, acceleration) in acceleration.iter_mut().enumerate() {
-                let row = &self.rows[c * CHUNK + k];
-                let mut sum = [f64x4::ZERO; 3];
-                for j in pass.lists.chunks()[c].row(k).chunks_exact(LANES) {
-                    let Some(g) = groups.next() else { break };
-                    let u = f64x4::new([0, 1, 2, 3].map(|l| pushed[j[l] as usize]));
-                    sum = [0, 1, 2].map(|k| sum[k] + u * g[k]);
-                }
-                let (sum, p) = (gather(sum), pressure[c * CHUNK + k]);
-                let by_walls = self.edge.pull(walls, c * CHUNK + k);
-                *acceleration = [0, 1, 2].map(|k| -row.light * (p * row.pull[k] + sum[k] + by_walls[k]));
+        let mut nothing = vec![(); self.stored.len()];
+        let pressed = self.edge.pressed();
+        for_chunks(pass.parallel, &mut moved[..n], &mut nothing, &|c, moved, ()| {
+            let (mut liquid, mut solid) = (self.stored[c].liquid.rest(), self.stored[c].walls.rest());
+            for (k, moved) in moved.iter_mut().enumerate() {
+                let i = c * CHUNK + k;
+                let (list, near, row) = (pass.lists.chunks()[c].row(k), walls.near(i), &self.rows[i]);
+                let by_liquid = along(list, liquid.row(list.len()), pushed);
+                let by_walls = along(near, solid.row(near.len()), pressed);
+                let (own, factor) = (f64::from(pushed[i]), -row.light * pass.dt);
+                // `q_i V_i G_i` holds the volume already.
+                let one =
+                    |k: usize| (factor * (own * row.pull[k] + pack[i].volume * (by_liquid[k] + by_walls[k]))) as f32;
+                *moved = f32x4::new([one(0), one(1), one(2), 0.0]);
             }
         });
     }
 
-    /// Rate of the filled share of each particle where they move by `v`, of which `moved` are the products with volumes.
+    /// Rates of the filled shares \[1/s\] of particles whose velocities times volume are `moved`, and by the twists of rigid
+    /// partners, their own or those that pressures have given; and the mean around each of the fourth component of `moved`.
     pub(crate) fn rates(
         &mut self,
         pass: &Pass<'_>,
         walls: &Walls,
+        pack: &[Pack],
         contacts: &Contacts,
         own: bool,
-        flow: &mut Flow<'_>,
+        (moved, rates): (&[f32x4], &mut [[f64; 2]]),
     ) {
-        let Flow { v, moved, rates } = flow;
         self.edge.squeeze(pass, walls, contacts, own, moved);
-        let mut nothing = vec![(); self.gradients.len()];
+        let mut nothing = vec![(); self.stored.len()];
+        let back = self.edge.back();
         for_chunks(pass.parallel, rates, &mut nothing, &|c, rates, ()| {
-            let mut groups = self.gradients[c].iter();
+            let (mut liquid, mut solid) = (self.stored[c].liquid.rest(), self.stored[c].walls.rest());
             for (k, rate) in rates.iter_mut().enumerate() {
                 let i = c * CHUNK + k;
-                let mut sum = f64x4::ZERO;
-                for j in pass.lists.chunks()[c].row(k).chunks_exact(LANES) {
-                    let Some(g) = groups.next() else { break };
-                    let [a, b, c, d] = [0, 1, 2, 3].map(|l| &moved[j[l] as usize]);
-                    for k in 0..3 {
-                        sum += f64x4::new([a[k], b[k], c[k], d[k]]) * g[k];
-                    }
-                }
-                *rate = dot(v[i], self.rows[i].pull) - sum.reduce_add() + self.edge.rate(walls, i);
+                let (list, near, row) = (pass.lists.chunks()[c].row(k), walls.near(i), &self.rows[i]);
+                let [others, mean] = across(list, liquid.row(list.len()), moved);
+                let [.., by_walls] = along(near, solid.row(near.len()), back);
+                let [x, y, z, w] = moved[i].to_array().map(f64::from);
+                let own = dot([x, y, z], row.pull) / pack[i].volume;
+                *rate = [row.swell * (own - others + by_walls), mean + w * pass.model.kernel.scaled().weight(0.0)];
             }
         });
-        contacts.rates(own, |i, rate| rates[i] += rate);
+        contacts.rates(own, |i, rate| rates[i][0] += self.rows[i].swell * rate);
     }
 
-    /// Impulse of static walls by pressures over a second on particle `i` \[N\], where pushed are the products of pressure and
-    /// volume.
-    pub(crate) fn by_statics(&self, walls: &Walls, pack: &[Pack], i: usize, pushed: &[f64]) -> Vec3 {
-        let [own, others] = self.edge.statics(walls, i);
-        [0, 1, 2].map(|k| scale(own, -pushed[i])[k] - pack[i].volume * others[k])
+    /// Accelerations by pressures, of which the packs hold `q`, exactly as partners book them; and what static walls do.
+    pub(crate) fn press(&self, pass: &Pass<'_>, walls: &Walls, pack: &[Pack], gained: &mut [Vec3], sums: &mut [Sums]) {
+        let kernel = pass.model.kernel.scaled();
+        for_chunks(pass.parallel, gained, sums, &|c, gained, sums| {
+            for (k, gained) in gained.iter_mut().enumerate() {
+                let i = c * CHUNK + k;
+                let own = &pack[i];
+                let mut force = [f64x4::ZERO; 3];
+                for j in pass.lists.chunks()[c].row(k).chunks_exact(LANES) {
+                    let others = Four::new(own, pack, j);
+                    let along =
+                        kernel.slopes(others.r) * others.volume * (f64x4::splat(own.pressure) + others.pressure);
+                    force = [0, 1, 2].map(|k| force[k] - others.apart[k] * along);
+                }
+                let mut force = scale(gather(force), own.volume);
+                if !walls.near(i).is_empty() {
+                    let [all, by_statics] = self.edge.force(walls, own, walls.near(i));
+                    sums.walls = sums.walls.plus(Wrench { linear: by_statics, angular: cross(own.x, by_statics) });
+                    force = add(force, all);
+                }
+                *gained = scale(force, self.rows[i].light / own.volume);
+            }
+        });
     }
-}
-
-/// Velocities, their products with volumes, and what comes of them.
-pub(crate) struct Flow<'a> {
-    pub(crate) v: &'a [Vec3],
-    pub(crate) moved: &'a [Vec3],
-    pub(crate) rates: &'a mut [f64],
 }

@@ -1,11 +1,14 @@
-//! Boundary particles in an incompressible solution: each has the mean pressure of the liquid around it, `p_b = Σ_i S_bi p_i`
-//! with `S_bi = V_i W_bi/Σ_k V_k W_bk` and the weight of what lies between (Adami, Hu and Adams 2012, eq. 27), and hands its own change of filled share back by the transpose of that mean.
+//! Boundary particles in an incompressible solution: each has the mean pressure of the liquid around it, `q_b = Σ_i S_bi q_i`
+//! with `S_bi = V_i W_bi/Σ_k V_k W_bk` and the weight of what lies between (Adami, Hu and Adams 2012, eq. 27), and hands its
+//! own change of filled share back by the transpose of that mean.
 
 use cosplat_core::boundary::{Vec3, scale};
-use wide::f64x4;
+use wide::{f32x4, f64x4};
 
 use crate::force::Pass;
 use crate::incompressible::contact::Contacts;
+use crate::incompressible::pairs::{Pairs, across, along};
+use crate::kernel::Kernel;
 use crate::lanes::{Four, LANES, Pack, gather};
 use crate::near::{CHUNK, for_chunks};
 use crate::wall::Walls;
@@ -29,11 +32,14 @@ pub(crate) struct Brim {
 /// All of them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Edge {
+    kernel: Option<Kernel>,
     /// The last one is nobody.
     pub(crate) brims: Vec<Brim>,
-    /// Gradients at the liquid and weights of each group, in the order of the boundary particles' lists and of the liquid's.
-    by_brim: Vec<Vec<[f64x4; 4]>>,
-    by_liquid: Vec<[f64x4; 4]>,
+    /// Gradients at the liquid and weights, in the order of the boundary particles' lists.
+    pairs: Vec<Pairs>,
+    /// Pressures times volume, or what goes back, of each and of nobody.
+    pressed: Vec<f32>,
+    back: Vec<f32>,
     statics: Vec<f64>,
 }
 
@@ -41,12 +47,13 @@ impl Edge {
     /// Measures all that depends on the places alone.
     pub(crate) fn measure(&mut self, pass: &Pass<'_>, pack: &[Pack], walls: &Walls, warm: &[f64]) {
         let kernel = pass.model.kernel.scaled();
+        self.kernel = Some(kernel);
         let (own, count) = (walls.packs(), walls.pieces.len());
         self.brims.clear();
         self.brims.resize(count + 1, Brim::default());
-        self.by_brim.resize(count.div_ceil(CHUNK), Vec::new());
-        for_chunks(pass.parallel, &mut self.brims[..count], &mut self.by_brim, &|c, brims, groups| {
-            groups.clear();
+        self.pairs.resize(count.div_ceil(CHUNK), Pairs::default());
+        for_chunks(pass.parallel, &mut self.brims[..count], &mut self.pairs, &|c, brims, pairs| {
+            pairs.clear();
             for (k, brim) in brims.iter_mut().enumerate() {
                 let body = pass.model.faces[walls.pieces[c * CHUNK + k].face as usize].body;
                 let weight_of = scale(pass.gravity[body], pass.model.liquids[body].rho).map(f64x4::splat);
@@ -63,7 +70,7 @@ impl Edge {
                     let [a, b, c] = [0, 1, 2].map(|k| others.apart[k] * weight_of[k]);
                     column += others.volume * weight * (a + b + c);
                     pull = [0, 1, 2].map(|k| pull[k] + others.volume * g[k]);
-                    groups.push([g[0], g[1], g[2], weight]);
+                    pairs.push(g, weight);
                 }
                 let sum = sum.reduce_add();
                 let one = if sum > 0.0 { 1.0 / sum } else { 0.0 };
@@ -73,102 +80,76 @@ impl Edge {
                 *brim = Brim { volume: own.volume, one, offset, pull: gather(pull), ..Brim::default() };
             }
         });
-        self.by_liquid.clear();
-        for (i, pack) in pack[..pack.len() - 1].iter().enumerate() {
-            for b in walls.near(i).chunks_exact(LANES) {
-                let others = Four::new(pack, own, b);
-                let slope = kernel.slopes(others.r);
-                let [x, y, z] = others.apart.map(|a| a * slope);
-                self.by_liquid.push([x, y, z, kernel.weights(others.r)]);
-            }
-        }
         self.statics.clear();
         self.statics.extend((0..count).map(|b| if walls.of_partner(b) { 0.0 } else { 1.0 }));
         self.statics.push(0.0);
     }
 
-    fn groups<'a>(&'a self, walls: &'a Walls, i: usize) -> impl Iterator<Item = (&'a [u32], &'a [f64x4; 4])> {
-        let near = walls.near(i);
-        let from = walls.first(i) / LANES;
-        near.chunks_exact(LANES).zip(&self.by_liquid[from..from + near.len() / LANES])
+    /// Pressures times volume of each and of nobody.
+    pub(crate) fn pressed(&self) -> &[f32] {
+        &self.pressed
     }
 
-    fn sum(&self, walls: &Walls, i: usize, factor: impl Fn(usize) -> f64) -> Vec3 {
-        let mut sum = [f64x4::ZERO; 3];
-        for (b, g) in self.groups(walls, i) {
-            let f = f64x4::new([0, 1, 2, 3].map(|l| factor(b[l] as usize)));
-            sum = [0, 1, 2].map(|k| sum[k] + f * g[k]);
+    /// What goes back from each and from nobody, over its weight.
+    pub(crate) fn back(&self) -> &[f32] {
+        &self.back
+    }
+
+    /// Force of all and of static ones alone on a liquid particle \[N\].
+    pub(crate) fn force(&self, walls: &Walls, own: &Pack, near: &[u32]) -> [Vec3; 2] {
+        let Some(kernel) = self.kernel else { return [[0.0; 3]; 2] };
+        let (mut all, mut statics) = ([f64x4::ZERO; 3], [f64x4::ZERO; 3]);
+        for b in near.chunks_exact(LANES) {
+            let others = Four::new(own, walls.packs(), b);
+            let pressed = f64x4::new([0, 1, 2, 3].map(|l| self.brims[b[l] as usize].pushed));
+            let fixed = f64x4::new([0, 1, 2, 3].map(|l| self.statics[b[l] as usize]));
+            let pushed = f64x4::splat(own.pressure * own.volume) * others.volume + f64x4::splat(own.volume) * pressed;
+            let along = kernel.slopes(others.r) * pushed;
+            for k in 0..3 {
+                let force = others.apart[k] * along;
+                all[k] -= force;
+                statics[k] -= force * fixed;
+            }
         }
-        gather(sum)
-    }
-
-    /// Gradient of the filled share of a liquid particle by them, and what they fill.
-    pub(crate) fn of(&self, walls: &Walls, i: usize) -> (Vec3, f64) {
-        let filled: f64x4 = self.groups(walls, i).fold(f64x4::ZERO, |sum, (b, g)| {
-            sum + g[3] * f64x4::new([0, 1, 2, 3].map(|l| self.brims[b[l] as usize].volume))
-        });
-        (self.sum(walls, i, |b| self.brims[b].volume), filled.reduce_add())
-    }
-
-    /// Sum of their pressures times volume and gradient at a liquid particle.
-    pub(crate) fn pull(&self, walls: &Walls, i: usize) -> Vec3 {
-        self.sum(walls, i, |b| self.brims[b].pushed)
-    }
-
-    /// The same two for static walls alone.
-    pub(crate) fn statics(&self, walls: &Walls, i: usize) -> [Vec3; 2] {
-        let own = self.sum(walls, i, |b| self.statics[b] * self.brims[b].volume);
-        [own, self.sum(walls, i, |b| self.statics[b] * self.brims[b].pushed)]
+        [gather(all), gather(statics)]
     }
 
     /// Their pressures, where those of the liquid times volume are `pushed` \[J\].
-    pub(crate) fn press(&mut self, pass: &Pass<'_>, walls: &Walls, pushed: &[f64]) {
+    pub(crate) fn press(&mut self, pass: &Pass<'_>, walls: &Walls, pushed: &[f32]) {
         let count = walls.pieces.len();
-        let by_brim = &self.by_brim;
-        let mut nothing = vec![(); by_brim.len()];
+        let pairs = &self.pairs;
+        let mut nothing = vec![(); pairs.len()];
         for_chunks(pass.parallel, &mut self.brims[..count], &mut nothing, &|c, brims, ()| {
-            let mut groups = by_brim[c].iter();
+            let mut rest = pairs[c].rest();
             for (k, brim) in brims.iter_mut().enumerate() {
-                let mut sum = f64x4::ZERO;
-                for (i, g) in walls.lists().chunks()[c].row(k).chunks_exact(LANES).zip(&mut groups) {
-                    sum += g[3] * f64x4::new([0, 1, 2, 3].map(|l| pushed[i[l] as usize]));
-                }
-                brim.pushed = brim.volume * (brim.one * sum.reduce_add() + brim.offset);
+                let list = walls.lists().chunks()[c].row(k);
+                let [.., sum] = along(list, rest.row(list.len()), pushed);
+                brim.pushed = brim.volume * (brim.one * sum + brim.offset);
             }
         });
+        self.pressed.clear();
+        self.pressed.extend(self.brims.iter().map(|b| b.pushed as f32));
     }
 
     /// How their filled shares change, where the velocities of the liquid times volume are `moved` \[m⁴/s\].
-    pub(crate) fn squeeze(&mut self, pass: &Pass<'_>, walls: &Walls, contacts: &Contacts, own: bool, moved: &[Vec3]) {
+    pub(crate) fn squeeze(&mut self, pass: &Pass<'_>, walls: &Walls, contacts: &Contacts, own: bool, moved: &[f32x4]) {
         let count = walls.pieces.len();
-        let by_brim = &self.by_brim;
-        let mut nothing = vec![(); by_brim.len()];
+        let pairs = &self.pairs;
+        let mut nothing = vec![(); pairs.len()];
         for_chunks(pass.parallel, &mut self.brims[..count], &mut nothing, &|c, brims, ()| {
-            let mut groups = by_brim[c].iter();
+            let mut rest = pairs[c].rest();
             for (k, brim) in brims.iter_mut().enumerate() {
-                let mut sum = f64x4::ZERO;
-                for (i, g) in walls.lists().chunks()[c].row(k).chunks_exact(LANES).zip(&mut groups) {
-                    let [a, b, c, d] = [0, 1, 2, 3].map(|l| &moved[i[l] as usize]);
-                    for k in 0..3 {
-                        sum += f64x4::new([a[k], b[k], c[k], d[k]]) * g[k];
-                    }
-                }
+                let list = walls.lists().chunks()[c].row(k);
                 // Towards a boundary particle the gradient at the liquid points away: approach counts as it does there.
-                brim.back = brim.volume * brim.one * sum.reduce_add();
+                let [sum, _] = across(list, rest.row(list.len()), moved);
+                brim.back = brim.volume * brim.one * sum;
             }
         });
         contacts.brims(own, |b, change| {
             let brim = &mut self.brims[b];
             brim.back += brim.volume * brim.one * change;
         });
-    }
-
-    /// What comes back to a liquid particle \[1/s\].
-    pub(crate) fn rate(&self, walls: &Walls, i: usize) -> f64 {
-        let mut sum = f64x4::ZERO;
-        for (b, g) in self.groups(walls, i) {
-            sum += g[3] * f64x4::new([0, 1, 2, 3].map(|l| self.brims[b[l] as usize].back));
-        }
-        sum.reduce_add()
+        self.back.clear();
+        self.back.extend(self.brims.iter().map(|b| b.back as f32));
     }
 }
