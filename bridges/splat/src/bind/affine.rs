@@ -53,11 +53,7 @@ impl Affine {
         if particles.is_empty() || k == 0 {
             return Err(BindError::NoParticles(positions.len()));
         }
-        for (what, points) in [("particle", particles), ("Gaussian", positions)] {
-            if let Some(i) = points.iter().position(|p| p.iter().any(|v| !v.is_finite())) {
-                return Err(BindError::NonFinite(what, i));
-            }
-        }
+        super::finite(&[("particle", particles), ("Gaussian", positions)])?;
         let neighbours = k.min(particles.len());
         let grid = Grid::new(particles);
         let all: Vec<One> =
@@ -74,13 +70,7 @@ impl Affine {
     }
 
     pub(super) fn check(&self, gaussians: usize, particles: usize) -> Result<(), BindError> {
-        if self.offsets.len() != gaussians {
-            return Err(BindError::Length("Gaussians", self.offsets.len(), gaussians));
-        }
-        if self.particles != particles {
-            return Err(BindError::Length("particles", self.particles, particles));
-        }
-        Ok(())
+        super::same_lengths(self.offsets.len(), gaussians, self.particles, particles)
     }
 
     /// Gaussians whose neighbours lie in a plane.

@@ -4,6 +4,8 @@
 //! ([`Local`]). [`crate::skin::skin`] does the rest.
 
 mod affine;
+mod mean;
+mod triangles;
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use thiserror::Error;
@@ -12,6 +14,8 @@ use crate::linalg::wide;
 use crate::splats::Splats;
 
 pub use affine::Affine;
+pub use mean::Mean;
+pub use triangles::Triangles;
 
 /// The map around one Gaussian.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,8 +65,8 @@ pub enum BindError {
     /// Arrays of another length than at binding.
     #[error("{0} {1} were bound and {2} are given")]
     Length(&'static str, usize, usize),
-    /// A Gaussian names a particle that is not there.
-    #[error("Gaussian {0} follows particle {1}, and there are {2}")]
+    /// A Gaussian or a triangle names a particle that is not there.
+    #[error("number {0} follows particle {1}, and there are {2}")]
     Index(usize, u32, usize),
     /// A pose that is none.
     #[error("a pose needs a finite position and a quaternion other than zero")]
@@ -76,6 +80,10 @@ pub enum Binding {
     OneToOne(Vec<u32>),
     /// The nearest particles, so that any affine motion is followed exactly.
     Affine(Affine),
+    /// The mean of the nearest particles, without turning.
+    Mean(Mean),
+    /// The nearest triangle of a mesh whose vertices are the particles.
+    Triangles(Triangles),
 }
 
 impl Binding {
@@ -85,6 +93,22 @@ impl Binding {
     /// There is no particle, or a position is not finite.
     pub fn affine(splats: &Splats, particles: &[[f32; 3]], k: usize) -> Result<Binding, BindError> {
         Affine::new(&splats.positions, particles, k).map(Binding::Affine)
+    }
+
+    /// Follows the mean of the `k` nearest particles (10 in `WonderPlay`).
+    ///
+    /// # Errors
+    /// There is no particle, or a position is not finite.
+    pub fn mean(splats: &Splats, particles: &[[f32; 3]], k: usize) -> Result<Binding, BindError> {
+        Mean::new(&splats.positions, particles, k).map(Binding::Mean)
+    }
+
+    /// Follows the nearest triangle of a mesh; its vertices are the particles.
+    ///
+    /// # Errors
+    /// There is no triangle, one names a vertex that is not there, or a position is not finite.
+    pub fn triangles(splats: &Splats, vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<Binding, BindError> {
+        Triangles::new(&splats.positions, vertices, triangles).map(Binding::Triangles)
     }
 
     /// The map around each Gaussian.
@@ -117,8 +141,30 @@ impl Binding {
                 affine.check(splats.len(), count)?;
                 Ok(Box::new(move |i| affine.local(i, particles)))
             }
+            Binding::Mean(mean) => {
+                mean.check(splats.len(), count)?;
+                Ok(Box::new(move |i| mean.local(i, particles)))
+            }
+            Binding::Triangles(triangles) => {
+                triangles.check(splats.len(), count)?;
+                Ok(Box::new(move |i| triangles.local(i, particles)))
+            }
         }
     }
+}
+
+/// Whether all coordinates are finite.
+fn finite(all: &[(&'static str, &[[f32; 3]])]) -> Result<(), BindError> {
+    let wild = |points: &[[f32; 3]]| points.iter().position(|p| p.iter().any(|v| !v.is_finite()));
+    all.iter().try_for_each(|(what, points)| wild(points).map_or(Ok(()), |i| Err(BindError::NonFinite(what, i))))
+}
+
+/// Whether there are as many Gaussians and particles as were bound.
+fn same_lengths(bound: usize, gaussians: usize, to: usize, particles: usize) -> Result<(), BindError> {
+    if bound != gaussians {
+        return Err(BindError::Length("Gaussians", bound, gaussians));
+    }
+    if to == particles { Ok(()) } else { Err(BindError::Length("particles", to, particles)) }
 }
 
 /// x → p' + F (x − p).
