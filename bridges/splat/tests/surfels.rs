@@ -4,7 +4,7 @@ mod common;
 
 use common::covariance;
 use cosplat_splat::bind::Frame;
-use cosplat_splat::surfel::{Fabric, Light, dots, fabric, grained, linear_of_display, lit};
+use cosplat_splat::surfel::{Fabric, Light, dots, fabric, grained, linear_of_display, lit, topological};
 use cosplat_splat::{OutputFrame, SH_C0, Splats};
 use nalgebra::{Matrix3, Vector3};
 
@@ -111,4 +111,23 @@ fn cloth_is_lit_from_both_sides_and_bears_what_has_no_area() {
     assert!(fabric(&positions[1..], &cloth, &light, &world).is_err());
     let wild = Fabric { triangles: vec![[0, 1, 99]], ..cloth };
     assert!(fabric(&positions, &wild, &light, &world).is_err());
+}
+
+#[test]
+fn a_mesh_becomes_surfels_with_its_edges() {
+    let (positions, mut mesh) = sheet(5, 0.1, 1.0);
+    mesh.colours[7] = [1.0, 0.25, 0.0];
+    let surfels = topological(&positions, &mesh, &OutputFrame::world()).unwrap();
+    assert_eq!(surfels.len(), 25);
+    // The colour that the mesh has, by the curve of displays and back, in single precision.
+    let colour = surfels.sh_dc[7].map(|c| 0.5 + SH_C0 * f64::from(c));
+    assert!(colour.iter().zip([1.0, 0.25, 0.0]).all(|(c, wanted)| (c - wanted).abs() < 1e-6), "{colour:?}");
+    // Euler: V − E + F = 1 for a sheet of 25 vertices and 32 triangles.
+    let edges = mesh.edges();
+    assert_eq!((edges.len(), edges[0]), (56, [0, 1]));
+    assert!(edges.is_sorted() && edges.iter().all(|[a, b]| a < b));
+    // All normals along z: the shortest axis of each.
+    for i in 0..25 {
+        assert!(covariance(&surfels, i)[(2, 2)] < 0.02 * covariance(&surfels, i)[(0, 0)]);
+    }
 }

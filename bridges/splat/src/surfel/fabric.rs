@@ -27,6 +27,19 @@ pub struct Fabric {
     pub colours: Vec<[f32; 3]>,
 }
 
+impl Fabric {
+    /// The edges of the triangles, each once, ascending: what ties the surfels to each other (Li et al. 2025,
+    /// `WonderPlay`: topological Gaussian surfels).
+    pub fn edges(&self) -> Vec<[u32; 2]> {
+        let of = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
+        let mut edges: Vec<[u32; 2]> =
+            self.triangles.iter().flat_map(of).map(|[a, b]| [a.min(b), a.max(b)]).filter(|[a, b]| a != b).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        edges
+    }
+}
+
 /// Sums over the triangles of a vertex.
 #[derive(Clone, Copy)]
 struct Around {
@@ -35,6 +48,16 @@ struct Around {
     area: f64,
     /// ∫ x xᵀ dA with x from the vertex.
     moment: Matrix3<f64>,
+}
+
+/// One surfel a vertex of any mesh, at these positions \[m\] in the world, in its own colour from every side: what
+/// [`fabric`] does for a cloth, without light. With [`Fabric::edges`] these are topological surfels; the vertices are
+/// particles of whatever solver moves them, or follow its particles by a [`crate::bind::Binding`].
+///
+/// # Errors
+/// As for [`fabric`].
+pub fn topological(positions_m: &[[f64; 3]], mesh: &Fabric, frame: &OutputFrame) -> Result<Splats, BindError> {
+    fabric(positions_m, mesh, &Light { ambient: 1.0, ..Light::default() }, frame)
 }
 
 /// A cloth with its vertices at these positions \[m\] in the world, seen from both sides and lit by Lambert's law.

@@ -10,7 +10,7 @@ use crate::linalg::{perpendicular, quaternion_of};
 use crate::splats::{Axes, Splats, dc_of_colour, logit_of_opacity};
 
 pub use dots::{dots, puffs};
-pub use fabric::{Fabric, fabric};
+pub use fabric::{Fabric, fabric, topological};
 pub use light::{Light, display_of_linear, grained, linear_of_display, lit};
 
 /// Standard deviation along the surface, in units of the square root of a sample's area. At 0.6 a lattice of samples
