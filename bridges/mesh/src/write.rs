@@ -48,9 +48,7 @@ fn ply(mesh: &TriangleMesh) -> Vec<u8> {
     }
     for t in &mesh.triangles {
         out.push(3);
-        for i in t {
-            out.extend_from_slice(&i.to_le_bytes());
-        }
+        out.extend(t.iter().flat_map(|i| i.to_le_bytes()));
     }
     out
 }

@@ -16,6 +16,7 @@ pub mod error;
 pub mod fill;
 pub mod format;
 mod grid;
+pub mod ground;
 mod linalg;
 mod merge;
 mod output;

@@ -226,6 +226,36 @@ fn a_sphere_without_a_cap_is_closed() {
     }
 }
 
+/// A ball above a ground with floaters between: the free side of both is outside, whatever lies between them.
+#[test]
+fn a_thing_above_a_ground_does_not_turn_it_over() {
+    for seed in 1..=4 {
+        let mut r = Random::new(seed);
+        let mut places = plane(0.1).positions;
+        places.extend((0..2000).map(|i: i32| {
+            let (z, turn) = (1.0 - (2.0 * f64::from(i) + 1.0) / 2000.0, f64::from(i) * 2.399_963_229_728_653);
+            let s = (1.0 - z * z).sqrt();
+            [0.15 * s * turn.cos(), 0.15 * s * turn.sin(), 0.15 * z + 0.3].map(|v| v as f32)
+        }));
+        places.extend((0..150).map(|_| [r.single(-0.1, 0.1), r.single(-0.1, 0.1), r.single(0.0, 0.2)]));
+        let closed = reconstruct(&gaussians(places), &bare()).expect("it is a surface");
+        let (mut wrong, mut all) = (0.0, 0.0);
+        for t in &closed.mesh.triangles {
+            let [a, b, c] = closed.mesh.corners(*t);
+            let (middle, area) = ((a + b + c) / 3.0, (b - a).cross(&(c - a)) / 2.0);
+            let ball = middle - Vector3::new(0.0, 0.0, 0.3);
+            let on_ball = (ball.norm() - 0.15).abs() < closed.cell && middle.z > 0.25;
+            let on_ground = middle.z.abs() < 0.1 && middle.x.hypot(middle.y) > 0.2;
+            if on_ball || on_ground {
+                all += area.norm();
+                wrong += if area.dot(&if on_ball { ball } else { Vector3::z() }) < 0.0 { area.norm() } else { 0.0 };
+            }
+        }
+        // The ground without its middle, 0.87, and the upper two thirds of the ball, 0.19.
+        assert!(all > 1.0 && wrong < 0.01 * all, "{seed}: {wrong} of {all}");
+    }
+}
+
 #[test]
 fn what_cannot_be_closed_is_refused() {
     let some = plane(0.0);
@@ -246,8 +276,8 @@ fn what_cannot_be_closed_is_refused() {
 /// A captured ground (playbot, CC-BY-4.0, Stephane Agullo) with a disk cut out: what is added lies where the ground was.
 #[test]
 fn a_hole_cut_into_a_captured_ground_is_closed_where_the_ground_was() {
-    let Some(data) = std::env::var_os("COSPLAT_DATA") else { return };
-    let file = std::path::Path::new(&data).join("splats/playbot_31k.ply");
+    let Some(folder) = common::data() else { return };
+    let file = folder.join("splats/playbot_31k.ply");
     let splats = cosplat_splat::format::read_file(&file).expect("the capture is there").splats;
     let across = |i: &u32| {
         let [x, _, z] = splats.positions[*i as usize].map(f64::from);

@@ -17,8 +17,10 @@ fn files() -> Vec<(&'static str, Vec<u8>)> {
     let three = some_attributes(20, 2, 3, 9);
     let ply = encode(&some_splats(20, 2, 9), Some("ply")).expect("`.ply` is written");
     let spz = encode(&some_splats(20, 2, 9), Some("spz")).expect("`.spz` is written");
+    let glb = encode(&some_splats(20, 2, 9), Some("glb")).expect("`.glb` is written");
     vec![
         ("ply", ply),
+        ("glb", glb),
         ("compressed.ply", chunked_ply(300, 1, true, 9)),
         ("spz", spz),
         ("spz", spz_gzip(2, 20, 2, &some_attributes(20, 2, 2, 9))),

@@ -28,6 +28,7 @@ fn files() -> Vec<(&'static str, Vec<u8>)> {
     vec![
         ("ply", ply(3)),
         ("ply", text),
+        ("glb", encode(&some_splats(3, 1, 7), Some("glb")).expect("`.glb` is written")),
         ("spz", spz_gzip(2, 3, 1, &two)),
         ("spz", spz_gzip(3, 3, 1, &three)),
         ("spz", spz_streams(3, 1, &three)),

@@ -7,6 +7,9 @@
 //!    is dense already.
 //! 4. [`transparent`] makes Gaussians of them that nobody sees.
 //!
+//! Normals are turned by what is seen from above, so environments are those that lie open to the sky: in a room the ceiling
+//! would be taken for the ground of what is above it.
+//!
 //! P counts as a whole in step 3. For M, points are taken together in cells of its grid: the finest is the longest side
 //! of P over 2^depth, coarser where P is not that dense or the grid would have more than 2²⁵ nodes. Details smaller
 //! than two cells are lost, and sheets nearer than two cells become one.
@@ -71,7 +74,7 @@ pub struct Settings {
     pub spacing: f64,
     /// Gaussians more transparent than this are no surface.
     pub opacity: f64,
-    /// Towards the free side of what lies highest; any length but zero.
+    /// Towards the sky; any length but zero.
     pub up: [f64; 3],
     /// The longest side has 2^depth cells at most.
     pub depth: u32,
@@ -177,7 +180,7 @@ pub fn reconstruct(splats: &Splats, settings: &Settings) -> Result<Closed, Close
         finest *= COARSER;
     }
     let (some, cell) = normals::representatives(&points, finest);
-    let oriented = normals::oriented(&some, up);
+    let oriented = normals::oriented(&some, up, cell);
     let field = poisson::solve(&oriented, lower, upper, cell, screening);
     let mut mesh = nets::surface(&field);
     drop(field);

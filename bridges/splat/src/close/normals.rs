@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::fill::plane;
 use crate::grid::Grid;
-use crate::linalg::wide;
+use crate::linalg::{perpendicular, wide};
 use crate::splats::Splats;
 
 /// Neighbours from which normal and area come, the point itself among them.
@@ -17,6 +17,12 @@ const NEIGHBOURS: usize = 17;
 const EIGHTH: usize = 9;
 /// Cells are too fine for points whose eighth neighbour is farther than this many of them.
 const SPARSE: f64 = 2.0;
+/// Cosine of the angle up to which neighbours are one surface.
+const AGREE: f64 = 0.8;
+/// Part of the spread of neighbours along the normal from which a point is haze and no surface.
+const HAZE: f64 = 0.08;
+/// Width of the columns that are looked at from above, in cells.
+const COLUMN: f64 = 2.0;
 /// Cells grow by this.
 const COARSER: f64 = 1.2;
 /// And not more often than this.
@@ -74,52 +80,86 @@ fn eighth(points: &[[f32; 3]]) -> f64 {
     all.get(all.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// Normals by the neighbours of each point, turned so that neighbours agree: along a minimal spanning tree of the graph of
-/// neighbours, in which an edge costs 1 − |n·n′| (Hoppe et al. 1992), from the point that is farthest along `up`, whose
-/// normal is turned along `up`. What no edge reaches begins anew in the same way.
-pub(super) fn oriented(points: &[[f32; 3]], up: Vector3<f64>) -> Vec<Oriented> {
+/// Normals by the neighbours of each point, turned so that neighbours agree, and so that what is seen from above has its
+/// free side there.
+///
+/// Signs are carried along a minimal spanning tree of the graph of neighbours, in which an edge costs 1 − |n·n′| (Hoppe et
+/// al. 1992), but not over edges where normals turn by more than [`AGREE`], and not by haze: what floats between two things
+/// would carry the wrong one over, and counts little for the surface. Each piece that hangs together is then turned as most
+/// of its points ask for above which there is nothing; a piece without such points as its highest one asks.
+pub(super) fn oriented(points: &[[f32; 3]], up: Vector3<f64>, cell: f64) -> Vec<Oriented> {
     let grid = Grid::new(points);
     let of = |found: &mut Vec<(f64, u32)>, p: &[f32; 3]| {
         grid.nearest(wide(*p), NEIGHBOURS, found);
-        let (normal, area) = plane(points, found);
-        (Oriented { place: wide(*p), normal, area }, found.iter().map(|n| n.1).collect::<Vec<u32>>())
+        let plane = plane(points, found);
+        let flat = (1.0 - 3.0 * plane.variation).max(0.0);
+        let own = Oriented { place: wide(*p), normal: plane.normal, area: plane.area * flat * flat };
+        // Haze takes signs over and gives none: its normals are those of nothing.
+        let carries = plane.variation <= HAZE;
+        (own, if carries { found.iter().map(|n| n.1).collect::<Vec<u32>>() } else { Vec::new() })
     };
     let (mut all, mut near): (Vec<Oriented>, Vec<Vec<u32>>) = points.par_iter().map_init(Vec::new, of).unzip();
     // Neighbourhood both ways, so that the tree does not depend on where it begins more than it must.
+    let carries: Vec<bool> = near.iter().map(|n| !n.is_empty()).collect();
     for i in 0..near.len() {
         for j in near[i].clone() {
-            if !near[j as usize].contains(&(i as u32)) {
+            if carries[j as usize] && !near[j as usize].contains(&(i as u32)) {
                 near[j as usize].push(i as u32);
             }
         }
     }
+    let topmost = topmost(&all, &up, COLUMN * cell);
     let mut order: Vec<u32> = (0..all.len() as u32).collect();
     let height = |i: &u32| all[*i as usize].place.dot(&up);
     order.sort_by(|a, b| height(b).total_cmp(&height(a)).then(a.cmp(b)));
     let mut done = vec![false; all.len()];
-    let mut open: BinaryHeap<Reverse<(u64, u32, u32)>> = BinaryHeap::new();
     for first in order {
-        if done[first as usize] {
-            continue;
-        }
-        if all[first as usize].normal.dot(&up) < 0.0 {
-            all[first as usize].normal *= -1.0;
-        }
-        open.push(Reverse((0, first, first)));
-        while let Some(Reverse((_, i, from))) = open.pop() {
-            if std::mem::replace(&mut done[i as usize], true) {
-                continue;
-            }
-            if all[i as usize].normal.dot(&all[from as usize].normal) < 0.0 {
+        if !done[first as usize] {
+            let piece = agree(first, &mut all, &near, &mut done);
+            let votes = |i: &u32| if topmost[*i as usize] { all[*i as usize].normal.dot(&up) } else { 0.0 };
+            let sum: f64 = piece.iter().map(votes).sum();
+            let wrong = if sum == 0.0 { all[first as usize].normal.dot(&up) < 0.0 } else { sum < 0.0 };
+            for i in piece.into_iter().filter(|_| wrong) {
                 all[i as usize].normal *= -1.0;
-            }
-            let own = all[i as usize].normal;
-            for &j in near[i as usize].iter().filter(|j| !done[**j as usize]) {
-                let cost = 1.0 - own.dot(&all[j as usize].normal).abs().min(1.0);
-                // Bits of numbers that are not negative are ordered as the numbers are.
-                open.push(Reverse((cost.to_bits(), j, i)));
             }
         }
     }
     all
+}
+
+/// The piece that hangs together with a point, its normals turned to agree.
+fn agree(first: u32, all: &mut [Oriented], near: &[Vec<u32>], done: &mut [bool]) -> Vec<u32> {
+    let mut piece = Vec::new();
+    let mut open: BinaryHeap<Reverse<(u64, u32, u32)>> = BinaryHeap::from([Reverse((0, first, first))]);
+    while let Some(Reverse((_, i, from))) = open.pop() {
+        if std::mem::replace(&mut done[i as usize], true) {
+            continue;
+        }
+        if all[i as usize].normal.dot(&all[from as usize].normal) < 0.0 {
+            all[i as usize].normal *= -1.0;
+        }
+        piece.push(i);
+        let own = all[i as usize].normal;
+        for &j in near[i as usize].iter().filter(|j| !done[**j as usize]) {
+            let along = own.dot(&all[j as usize].normal).abs().min(1.0);
+            if along >= AGREE {
+                // Bits of numbers that are not negative are ordered as the numbers are.
+                open.push(Reverse(((1.0 - along).to_bits(), j, i)));
+            }
+        }
+    }
+    piece
+}
+
+/// Which points have nothing above them, in columns of that width.
+fn topmost(all: &[Oriented], up: &Vector3<f64>, width: f64) -> Vec<bool> {
+    let across = perpendicular(up);
+    let along = up.cross(&across);
+    let column = |p: &Oriented| [across, along].map(|axis| (p.place.dot(&axis) / width).floor() as i64);
+    let mut highest: BTreeMap<[i64; 2], f64> = BTreeMap::new();
+    for p in all {
+        let top = highest.entry(column(p)).or_insert(f64::NEG_INFINITY);
+        *top = top.max(p.place.dot(up));
+    }
+    all.iter().map(|p| highest.get(&column(p)).is_some_and(|top| p.place.dot(up) >= top - width)).collect()
 }

@@ -52,7 +52,8 @@ impl Surface {
         let grid = Grid::new(&points);
         let of = |found: &mut Vec<(f64, u32)>, p: &[f32; 3]| {
             grid.nearest(wide(*p), NEIGHBOURS, found);
-            plane(&points, found)
+            let plane = plane(&points, found);
+            (plane.normal, plane.area)
         };
         let (normals, areas): (Vec<_>, Vec<_>) = points.par_iter().map_init(Vec::new, of).unzip();
         let confidence = vec![0.0; points.len()];
@@ -108,14 +109,25 @@ fn kept<T>(values: Vec<T>, stays: &[bool]) -> Vec<T> {
     values.into_iter().zip(stays).filter_map(|(v, s)| s.then_some(v)).collect()
 }
 
-/// Normal and area of a point from its neighbours: the direction in which they spread least, and π r² / (k − ½) with r
-/// the distance of the k-th.
-pub(crate) fn plane(points: &[[f32; 3]], found: &[(f64, u32)]) -> (Vector3<f64>, f64) {
+/// What the neighbours of a point say about the surface there.
+pub(crate) struct Plane {
+    /// The direction in which they spread least.
+    pub(crate) normal: Vector3<f64>,
+    /// π r² / (k − ½) with r the distance of the k-th.
+    pub(crate) area: f64,
+    /// Part of their spread that is along the normal: 0 in a plane, ⅓ in a cloud (Pauly et al. 2002).
+    pub(crate) variation: f64,
+}
+
+/// The plane through a point and its neighbours.
+pub(crate) fn plane(points: &[[f32; 3]], found: &[(f64, u32)]) -> Plane {
     let near: Vec<Vector3<f64>> = found.iter().map(|n| wide(points[n.1 as usize])).collect();
     let mean = near.iter().sum::<Vector3<f64>>() / near.len() as f64;
     let spread: Matrix3<f64> = near.iter().map(|p| (p - mean) * (p - mean).transpose()).sum();
     let parts = svd(&spread);
     let least = Vector3::from(parts.s).imin();
     let area = found.last().map_or(0.0, |n| std::f64::consts::PI * n.0) / (found.len() as f64 - 0.5);
-    (parts.u.column(least).into_owned(), area)
+    let total: f64 = parts.s.iter().sum();
+    let variation = if total > 0.0 { parts.s[least] / total } else { 0.0 };
+    Plane { normal: parts.u.column(least).into_owned(), area, variation }
 }

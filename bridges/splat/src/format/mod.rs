@@ -1,6 +1,7 @@
 //! Splat files: one file or folder a format, one registry.
 
 mod antimatter;
+mod gltf;
 mod half;
 mod ksplat;
 pub mod ply;
@@ -40,8 +41,8 @@ pub struct Format {
 }
 
 /// Every known format, in the order in which they are asked.
-pub const FORMATS: [Format; 6] =
-    [ply::CHUNKED, ply::FORMAT, spz::FORMAT, sog::FORMAT, ksplat::FORMAT, antimatter::FORMAT];
+pub const FORMATS: [Format; 7] =
+    [ply::CHUNKED, ply::FORMAT, spz::FORMAT, gltf::FORMAT, sog::FORMAT, ksplat::FORMAT, antimatter::FORMAT];
 
 /// Reads a splat file of any known format.
 ///

@@ -22,7 +22,7 @@ pub(crate) struct ConvertArgs {
     /// Splat file to read
     #[arg(value_name = "IN")]
     pub(crate) input: PathBuf,
-    /// Splat file to write: .ply or .spz
+    /// Splat file to write: .ply, .spz or .glb
     #[arg(value_name = "OUT")]
     pub(crate) output: PathBuf,
     /// Replace OUT if it exists

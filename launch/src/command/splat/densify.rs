@@ -6,12 +6,11 @@ use std::time::Instant;
 use clap::Args;
 use cosplat_core::asset::TriangleMesh;
 use cosplat_mesh::{Amount, MeshError, poisson_disks};
+use cosplat_splat::Splats;
 use cosplat_splat::close::{Chosen, Closed, Pruning, Settings, Thinning, reconstruct, transparent};
-use cosplat_splat::format::{FORMATS, ending_of};
-use cosplat_splat::{Axes, Splats};
 use serde::Serialize;
 
-use super::output::{Output, free, write};
+use super::output::{Output, axes_of, free, write};
 use super::picture::vector;
 use super::statistics::Extent;
 use super::{put, read};
@@ -30,7 +29,7 @@ pub(crate) struct DensifyArgs {
     /// Splat file to read: a captured environment
     #[arg(value_name = "IN")]
     pub(crate) input: PathBuf,
-    /// Splat file to write: .ply or .spz; behind what was captured it has transparent Gaussians where something is missing
+    /// Splat file to write: .ply, .spz or .glb; behind what was captured it has transparent Gaussians where something is missing
     #[arg(value_name = "OUT")]
     pub(crate) output: PathBuf,
     /// Surface to write as a mesh, in units and axes of OUT: the collider of the environment
@@ -136,7 +135,8 @@ fn densified(args: &DensifyArgs) -> Result<Densified, Error> {
     if let Some(out) = &args.mesh {
         encoded(out, &TriangleMesh::default())?;
     }
-    let splats = in_axes_of(&args.output, read(&args.input)?.decoded.splats);
+    // Turned as OUT will be, so that the mesh lies where its Gaussians lie.
+    let splats = read(&args.input)?.decoded.splats.to_axes(axes_of(&args.output));
     let unusable = |why: &dyn std::fmt::Display| {
         let problem = Problem::new(format!("Cannot close `{}`", args.input.display())).at(&args.input).because(why);
         Error::new(Code::Scene, problem.hint("change `--spacing`, `--min-opacity`, `--up` or what the message names"))
@@ -152,14 +152,6 @@ fn densified(args: &DensifyArgs) -> Result<Densified, Error> {
         put(out, &encoded(out, &closed.mesh)?)?;
     }
     Ok(Densified::of(args, &splats, &closed, &chosen, settings.spacing, start.elapsed().as_secs_f64()))
-}
-
-/// Turned as the format of a file wants it, so that the mesh lies where that file's Gaussians lie.
-fn in_axes_of(path: &Path, splats: Splats) -> Splats {
-    let ending = ending_of(path).unwrap_or_default();
-    let is = |e: &&str| e.eq_ignore_ascii_case(ending);
-    let axes = FORMATS.iter().find(|f| f.endings.iter().any(|e| is(&e))).map_or(Axes::Scene, |f| f.axes);
-    splats.to_axes(axes)
 }
 
 fn encoded(path: &Path, mesh: &TriangleMesh) -> Result<Vec<u8>, Error> {

@@ -16,7 +16,7 @@ use crate::render::{Paint, json, print, printable};
 /// `cosplat splat info`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// Splat file: .ply, .compressed.ply, .spz, .sog, .ksplat or .splat
+    /// Splat file: .ply, .compressed.ply, .spz, .glb, .sog, .ksplat or .splat
     #[arg(value_name = "FILE")]
     pub(crate) file: PathBuf,
     /// Form of the answer on standard output

@@ -6,6 +6,8 @@ mod densify;
 mod fill;
 mod guess;
 mod info;
+mod label;
+mod orient;
 mod output;
 mod picture;
 mod select;
@@ -28,11 +30,14 @@ const EXAMPLES: &str = "\
 Examples:
   cosplat splat info capture.ply                is it what it should be? which way is up? how large?
   cosplat splat convert capture.sog capture.ply
+  cosplat splat convert capture.spz capture.glb   glTF with KHR_gaussian_splatting
   cosplat splat render capture.spz capture.png --eye 0,0.4,2 --size 1280x720
   cosplat splat render capture.spz around.png --orbit 36 --size 480x360
   cosplat splat clean capture.ply clean.ply --needles 30 --floaters 20
   cosplat splat select capture.ply object.ply --largest
+  cosplat splat select capture.ply marked.ply --largest --mark object    and `--label object=1` finds it again
   cosplat splat fill capture.spz --compare fill.png --metres-per-unit 0.465
+  cosplat splat orient capture.spz upright.ply --up 0,1,0 --height 0.465
   cosplat splat densify capture.ply closed.ply --mesh ground.obj --depth 5
   cosplat splat compare capture.ply capture.spz";
 
@@ -63,6 +68,8 @@ pub(crate) enum SplatCommand {
     Select(select::SelectArgs),
     /// Fill a capture with particles in three ways, and say and draw how they differ
     Fill(fill::FillArgs),
+    /// Find the ground, which way is up and how long a metre is, and write the capture upright
+    Orient(orient::OrientArgs),
     /// Close the holes of a captured environment with transparent Gaussians, and write its surface as a mesh
     Densify(densify::DensifyArgs),
     /// Say how two splat files differ, or a splat file and a picture
@@ -80,6 +87,7 @@ impl SplatArgs {
             SplatCommand::Select(args) => args.format,
             SplatCommand::Fill(args) => args.format,
             SplatCommand::Densify(args) => args.format,
+            SplatCommand::Orient(args) => args.format,
             SplatCommand::Compare(args) => args.format,
         }
     }
@@ -97,6 +105,7 @@ pub(crate) fn splat(args: &SplatArgs) -> Result<Code, Error> {
         SplatCommand::Clean(args) => select::clean(args),
         SplatCommand::Select(args) => select::select(args),
         SplatCommand::Fill(args) => fill::fill(args),
+        SplatCommand::Orient(args) => orient::orient(args),
         SplatCommand::Densify(args) => densify::densify(args),
         SplatCommand::Compare(args) => compare::compare(args),
     }

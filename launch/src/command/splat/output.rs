@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use cosplat_splat::Splats;
-use cosplat_splat::format::{encode, ending_of};
+use cosplat_splat::format::{FORMATS, encode, ending_of};
+use cosplat_splat::{Axes, Splats};
 
 use super::{put, refused};
 use crate::exit::{Code, Error, Problem};
@@ -35,6 +35,13 @@ pub(super) fn free(place: &Output<'_>) -> Result<(), Error> {
         return taken("it exists", "replace it with `--force`, or give another name");
     }
     Ok(())
+}
+
+/// Axes that the format of a name's ending has by convention.
+pub(super) fn axes_of(out: &Path) -> Axes {
+    let ending = ending_of(out).unwrap_or_default();
+    let has = |endings: &[&str]| endings.iter().any(|e| e.eq_ignore_ascii_case(ending));
+    FORMATS.iter().find(|f| has(f.endings)).map_or(Axes::Scene, |f| f.axes)
 }
 
 /// Writes Gaussians in the format of the name's ending.

@@ -4,10 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use cosplat_splat::Splats;
-use cosplat_splat::clean::{Box3, Rules, clean as kept_by};
+use cosplat_splat::clean::{Box3, Report, Rules, clean as kept_by};
 use cosplat_splat::components::{components, needle};
+use cosplat_splat::format::ending_of;
 use serde::Serialize;
 
+use super::label::{Label, having, label, marked, name_of};
 use super::output::{Output, free, write};
 use super::picture::vector;
 use super::read;
@@ -25,7 +27,7 @@ pub(crate) struct CleanArgs {
     /// Splat file to read
     #[arg(value_name = "IN")]
     pub(crate) input: PathBuf,
-    /// Splat file to write: .ply or .spz
+    /// Splat file to write: .ply, .spz or .glb
     #[arg(value_name = "OUT")]
     pub(crate) output: PathBuf,
     /// Leave out what is more transparent
@@ -57,7 +59,7 @@ pub(crate) struct SelectArgs {
     /// Splat file to read
     #[arg(value_name = "IN")]
     pub(crate) input: PathBuf,
-    /// Splat file to write: .ply or .spz
+    /// Splat file to write: .ply, .spz or .glb
     #[arg(value_name = "OUT")]
     pub(crate) output: PathBuf,
     /// Lower corner of a box in units and axes of the file; only what has its centre in it stays
@@ -67,8 +69,14 @@ pub(crate) struct SelectArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, requires = "low")]
     pub(crate) high: Option<[f64; 3]>,
     /// Of what hangs together, keep the piece with the most Gaussians; after the box
-    #[arg(long, required_unless_present = "low")]
+    #[arg(long, required_unless_present_any = ["low", "label"])]
     pub(crate) largest: bool,
+    /// Keep what has this label, a property of a .ply; several must all be had
+    #[arg(long, value_name = "NAME=VALUE", value_parser = label)]
+    pub(crate) label: Vec<Label>,
+    /// Leave nothing out: write a label of this name, 1 for what would stay and 0 for the rest; OUT is a .ply
+    #[arg(long, value_name = "NAME", value_parser = name_of)]
+    pub(crate) mark: Option<String>,
     /// Gap between pieces, in units of the file [default: twice the typical distance of Gaussians]
     #[arg(long, value_name = "LENGTH")]
     pub(crate) gap: Option<f64>,
@@ -91,9 +99,14 @@ struct Chosen {
     not_finite: usize,
     faint: usize,
     outside: usize,
+    /// Without the labels that were asked for.
+    unlabelled: usize,
     large: usize,
     needles: usize,
     floaters: usize,
+    /// Label that tells them from the rest, where nothing was left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mark: Option<String>,
     /// Pieces before floaters or all but the largest were left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pieces: Option<usize>,
@@ -146,16 +159,34 @@ fn cleaned(args: &CleanArgs) -> Result<Chosen, Error> {
 
 fn selected(args: &SelectArgs) -> Result<Chosen, Error> {
     let place = Output { from: &args.input, to: &args.output, force: args.force };
-    let inside = args.low.zip(args.high).map(|(low, high)| Box3::from_corners(low, high));
-    let (splats, mut chosen) = opened(&place, &Rules { opacity: 0.0, inside, largest_sigma: None })?;
-    if !args.largest {
-        return chosen.written(&place, &splats);
+    if args.mark.is_some() && ending_of(&args.output).is_none_or(|e| !e.eq_ignore_ascii_case("ply")) {
+        let problem = Problem::new(format!("`{}` cannot hold a label", args.output.display())).at(&args.output);
+        return Err(Error::new(Code::Usage, problem.hint("give OUT the ending `.ply`, which keeps properties")));
     }
-    let found = components(&splats, args.gap);
-    (chosen.pieces, chosen.gap) = (Some(found.sets.len()), Some(found.cell));
-    let largest = found.sets.first().map_or(&[][..], Vec::as_slice);
-    chosen.floaters = splats.len() - largest.len();
-    chosen.written(&place, &splats.select(largest))
+    free(&place)?;
+    let inside = args.low.zip(args.high).map(|(low, high)| Box3::from_corners(low, high));
+    let splats = read(place.from)?.decoded.splats;
+    let (kept, report) = kept_by(&splats, &Rules { opacity: 0.0, inside, largest_sigma: None });
+    let mut chosen = Chosen::of(&place, &report);
+    let before = kept.len();
+    let mut kept = having(kept, &splats, &args.label, &args.input)?;
+    chosen.unlabelled = before - kept.len();
+    if args.largest {
+        let found = components(&splats.select(&kept), args.gap);
+        (chosen.pieces, chosen.gap) = (Some(found.sets.len()), Some(found.cell));
+        let largest = found.sets.first().map_or(&[][..], Vec::as_slice);
+        chosen.floaters = kept.len() - largest.len();
+        kept = largest.iter().map(|&i| kept[i as usize]).collect();
+    }
+    match &args.mark {
+        Some(name) if !kept.is_empty() => {
+            chosen.kept = kept.len();
+            chosen.mark = Some(name.clone());
+            write(place.to, &marked(splats, &kept, name))?;
+            Ok(chosen)
+        }
+        _ => chosen.written(&place, &splats.select(&kept)),
+    }
 }
 
 /// Reads a file and applies the rules that look at one Gaussian alone.
@@ -163,21 +194,25 @@ fn opened(place: &Output<'_>, rules: &Rules) -> Result<(Splats, Chosen), Error> 
     free(place)?;
     let splats = read(place.from)?.decoded.splats;
     let (kept, report) = kept_by(&splats, rules);
-    let chosen = Chosen {
-        status: "ok",
-        input: place.from.display().to_string(),
-        output: place.to.display().to_string(),
-        gaussians: report.total,
-        not_finite: report.non_finite,
-        faint: report.faint,
-        outside: report.outside,
-        large: report.large,
-        ..Chosen::default()
-    };
-    Ok((splats.select(&kept), chosen))
+    Ok((splats.select(&kept), Chosen::of(place, &report)))
 }
 
 impl Chosen {
+    /// What the rules that look at one Gaussian alone left out.
+    fn of(place: &Output<'_>, report: &Report) -> Self {
+        Self {
+            status: "ok",
+            input: place.from.display().to_string(),
+            output: place.to.display().to_string(),
+            gaussians: report.total,
+            not_finite: report.non_finite,
+            faint: report.faint,
+            outside: report.outside,
+            large: report.large,
+            ..Self::default()
+        }
+    }
+
     /// Writes what is left.
     fn written(mut self, place: &Output<'_>, splats: &Splats) -> Result<Self, Error> {
         self.kept = splats.len();
@@ -190,10 +225,11 @@ impl Chosen {
     }
 
     fn reasons(&self) -> String {
-        let Self { not_finite, faint, outside, large, needles, floaters, .. } = self;
+        let Self { not_finite, faint, outside, unlabelled, large, needles, floaters, .. } = self;
+        let verb = if self.mark.is_some() { "not marked" } else { "left out" };
         format!(
-            "left out: {not_finite} not finite, {faint} faint, {outside} outside, {large} large, {needles} needles, \
-             {floaters} apart from the rest"
+            "{verb}: {not_finite} not finite, {faint} faint, {outside} outside, {unlabelled} without the label, {large} large, \
+             {needles} needles, {floaters} apart from the rest"
         )
     }
 
@@ -264,6 +300,8 @@ mod tests {
             low: Some([4.0, -1.0, -1.0]),
             high: Some([6.0, 1.0, 1.0]),
             largest: true,
+            label: Vec::new(),
+            mark: None,
             gap: None,
             force: true,
             format: Format::Json,
@@ -272,6 +310,21 @@ mod tests {
         assert_eq!((done.kept, done.outside, done.pieces), (25, 127, Some(1)));
         let nowhere = SelectArgs { low: Some([9.0; 3]), high: Some([10.0; 3]), ..select.clone() };
         assert_eq!(selected(&nowhere).unwrap_err().code, Code::Scene);
+        // Nothing left out, but told apart; and by that label it is found again.
+        let marked = place.path().join("c.ply");
+        let mark = SelectArgs { output: marked.clone(), mark: Some("box".to_owned()), ..select.clone() };
+        assert_eq!(selected(&mark).unwrap().kept, 25);
+        let all = read(&marked).unwrap().decoded.splats;
+        assert_eq!((all.len(), all.extras[0].values.iter().sum::<f64>()), (152, 25.0));
+        let label = vec![super::label("box=1").unwrap()];
+        let found =
+            SelectArgs { input: marked.clone(), label, low: None, high: None, largest: false, ..select.clone() };
+        let done = selected(&found).unwrap();
+        assert_eq!((done.kept, done.unlabelled), (25, 127));
+        let none = SelectArgs { label: vec![super::label("other=1").unwrap()], ..found };
+        assert_eq!(selected(&none).unwrap_err().code, Code::Scene);
+        let packed = SelectArgs { output: place.path().join("c.spz"), ..mark };
+        assert_eq!(selected(&packed).unwrap_err().code, Code::Usage);
         let itself = SelectArgs { output: input, ..select };
         assert_eq!(selected(&itself).unwrap_err().code, Code::Usage);
     }
