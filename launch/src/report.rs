@@ -28,8 +28,13 @@ pub(crate) fn human(summary: &Summary, folder: &Path, paint: Paint) -> String {
     }
     if let Some(f) = &summary.frames {
         let text = format!(
-            "{}: moved in {:.2} s, drawn in {:.2} s, written in {:.2} s, recorded in {:.2} s",
-            f.taken, f.skin_s, f.draw_s, f.write_s, f.record_s
+            "{}: moved in {:.2} s, drawn in {:.2} s by {}, written in {:.2} s, recorded in {:.2} s",
+            f.taken,
+            f.skin_s,
+            f.draw_s,
+            printable(&f.drawn_by),
+            f.write_s,
+            f.record_s
         );
         lines.add("frames", &text);
     }

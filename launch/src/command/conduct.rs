@@ -255,5 +255,5 @@ impl<'a> Conduct<'a> {
 
 fn frames_of(frames: &Frames) -> summary::Frames {
     let Frames { taken, skin_s, draw_s, write_s, record_s, .. } = *frames;
-    summary::Frames { taken, skin_s, draw_s, write_s, record_s }
+    summary::Frames { taken, skin_s, draw_s, write_s, record_s, drawn_by: frames.drawn_by.clone() }
 }

@@ -44,6 +44,8 @@ pub(crate) const PICTURES: &str = "frames";
 pub(crate) const PREVIEW: &str = "preview.png";
 /// All pictures as a film.
 pub(crate) const VIDEO: &str = "video.mp4";
+/// Depth, mask and flow of each frame, where the scene has a preset.
+pub(crate) const CONDITIONS: &str = "conditions";
 /// Each frame as a splat file.
 pub(crate) const SPLATS: &str = "splats";
 /// Gaussians, particles, impulses and curves over time.
@@ -185,7 +187,7 @@ fn remove_old(path: &Path) -> io::Result<()> {
             absent_is_fine(fs::remove_file(entry.path()))?;
         }
     }
-    for folder in [PICTURES, SPLATS, CHECKPOINTS] {
+    for folder in [PICTURES, CONDITIONS, SPLATS, CHECKPOINTS] {
         absent_is_fine(fs::remove_dir_all(path.join(folder)))?;
     }
     for name in [SUMMARY, REPORT, PREVIEW, VIDEO, RECORDING, LEDGER, PROBES, TRACE, RUN] {

@@ -13,7 +13,7 @@ use super::ledger::Ledger;
 use super::probes::{self, Probes};
 use super::tally::Tally;
 use super::trace::Trace;
-use super::{LEDGER, PICTURES, PREVIEW, PROBES, RECORDING, RUN, RunFolder, SPLATS, SUMMARY, TRACE, VIDEO};
+use super::{CONDITIONS, LEDGER, PICTURES, PREVIEW, PROBES, RECORDING, RUN, RunFolder, SPLATS, SUMMARY, TRACE, VIDEO};
 use crate::exit::{Code, Error, Problem};
 use crate::frames::Frames;
 
@@ -200,6 +200,7 @@ impl Recorder<'_> {
             (!frames.pictures.is_empty(), "pictures", PICTURES),
             (!frames.pictures.is_empty(), "preview", PREVIEW),
             (frames.has_film, "video", VIDEO),
+            (output.preset.is_some() && !frames.pictures.is_empty(), "conditions", CONDITIONS),
             (!frames.splats.is_empty(), "splats", SPLATS),
             (output.recording, "recording", RECORDING),
         ];

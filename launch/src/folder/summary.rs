@@ -109,6 +109,9 @@ pub(crate) struct Frames {
     pub(crate) write_s: f64,
     /// Wall time of recording [s].
     pub(crate) record_s: f64,
+    /// Who drew the pictures: the CPU, or a graphics processor by its name, and why; empty in older summaries.
+    #[serde(default)]
+    pub(crate) drawn_by: String,
 }
 
 /// A body.

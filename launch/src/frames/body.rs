@@ -106,7 +106,7 @@ impl<'a> Player<'a> {
     }
 
     /// Whether no solver moves it.
-    fn is_still(&self) -> bool {
+    pub(super) fn is_still(&self) -> bool {
         self.last.is_none()
     }
 

@@ -49,6 +49,8 @@ pub(crate) struct Frames {
     pub(crate) splats: Vec<String>,
     /// Whether there is a film.
     pub(crate) has_film: bool,
+    /// Who drew, and why.
+    pub(crate) drawn_by: String,
     /// What could not be made, and why.
     pub(crate) left_out: Vec<LeftOut>,
     /// Wall time of moving Gaussians \[s\].

@@ -4,6 +4,7 @@
 //! says at once that its window is done; when two frames are waiting it waits, and with it the clock.
 
 mod body;
+mod conditions;
 mod files;
 mod film;
 mod live;

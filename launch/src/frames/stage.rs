@@ -1,6 +1,7 @@
 //! What a viewer shows first.
 
-use cosplat_core::scene::OutputSpec;
+use cosplat_core::scene::{OutputSpec, RendererSpec};
+use cosplat_viewer::gpu::{Choice, Renderer};
 use cosplat_viewer::recording::Layout;
 use cosplat_viewer::{Camera, Options};
 
@@ -38,4 +39,18 @@ impl Stage {
 pub(super) fn options(output: &OutputSpec) -> Options {
     let linear = output.camera.as_ref().map_or([1.0; 3], |c| c.background);
     Options::default().with_linear_background(linear)
+}
+
+/// Who draws.
+///
+/// # Errors
+/// In words, where a graphics processor is asked for and there is none.
+pub(super) fn renderer(output: &OutputSpec) -> Result<Renderer, String> {
+    let wanted = if output.pictures { output.renderer } else { RendererSpec::Cpu };
+    let choice = match wanted {
+        RendererSpec::Cpu => Choice::Cpu,
+        RendererSpec::Gpu => Choice::Gpu,
+        RendererSpec::Auto => Choice::Auto,
+    };
+    Renderer::new(choice).map_err(|e| format!("`output.renderer`: {e}"))
 }

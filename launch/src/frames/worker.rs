@@ -9,25 +9,29 @@ use std::time::Instant;
 
 use cosplat_core::visual::VisualFrame;
 use cosplat_splat::{OutputFrame, Splats, format, merge};
+use cosplat_viewer::gpu::Renderer;
 use cosplat_viewer::recording::Recording;
-use cosplat_viewer::{Camera, Gaussians, Picture, Preview, PreviewOptions, png, render};
+use cosplat_viewer::{Camera, Gaussians, Picture, Preview, PreviewOptions, png};
 use nalgebra::Vector3;
 
 use super::Order;
 use super::body::{Look, Player, borrowed};
+use super::conditions::{Conditions, lost_at};
 use super::files::{Frames, Wanted, picture, splats};
 use super::film::film;
 use super::live::Live;
 use super::moment::Item;
 use super::rows::Sums;
-use super::stage::{Stage, options};
-use crate::folder::{PICTURES, PREVIEW, SPLATS};
+use super::stage::{Stage, options, renderer};
+use crate::folder::{CONDITIONS, PICTURES, PREVIEW, SPLATS};
 
 /// Everything that turns frames into files.
 pub(super) struct Worker {
     wanted: Wanted,
     recording: Option<Recording>,
     live: Option<Live>,
+    renderer: Renderer,
+    conditions: Option<Conditions>,
     preview: Preview,
     sums: Sums,
     done: Frames,
@@ -41,7 +45,9 @@ impl Worker {
     /// Makes the folders and opens the recording.
     pub(super) fn new(wanted: Wanted) -> Result<Self, String> {
         let output = &wanted.output;
-        for (folder, is_wanted) in [(PICTURES, output.pictures), (SPLATS, output.splats)] {
+        let renderer = renderer(output)?;
+        let folders = [(PICTURES, output.pictures), (CONDITIONS, output.preset.is_some()), (SPLATS, output.splats)];
+        for (folder, is_wanted) in folders {
             if is_wanted {
                 make_folder(&wanted.folder.join(folder))?;
             }
@@ -59,6 +65,8 @@ impl Worker {
             wanted,
             recording,
             live,
+            renderer,
+            conditions: None,
             preview,
             sums: Sums::default(),
             done: Frames::default(),
@@ -76,6 +84,9 @@ impl Worker {
             _ => None,
         });
         let frame = first.unwrap_or_else(OutputFrame::world);
+        let metres_per_unit = frame.from_world.inverse().scale;
+        let preset = self.wanted.output.preset;
+        self.conditions = preset.map(|_| Conditions::new(&self.wanted.folder, metres_per_unit));
         let mut players: Vec<Player<'_>> = drawn.iter().map(|d| Player::new(d, frame)).collect();
         for order in orders {
             let visual = match order {
@@ -101,6 +112,11 @@ impl Worker {
             self.record(&players, &visual)?;
             self.done.taken += 1;
         }
+        if let (Some(conditions), Some(preset)) = (&mut self.conditions, preset) {
+            let options = options(&self.wanted.output);
+            let per_second = self.wanted.frames_per_second;
+            conditions.finish(&mut self.renderer, &options, preset, per_second, &players)?;
+        }
         self.finish()
     }
 
@@ -119,6 +135,7 @@ impl Worker {
                 self.done.splats.push(splats(number));
             }
         }
+        self.done.left_out.extend(self.conditions.as_ref().and_then(|_| lost_at(taken)));
         self.done.taken = taken;
         Ok(())
     }
@@ -146,12 +163,16 @@ impl Worker {
         let began = Instant::now();
         let view = seen_from(&self.wanted.shot.at(visual.time_s), frame).view().map_err(|e| e.to_string())?;
         let sets: Vec<Gaussians<'_>> = players.iter().map(|p| borrowed(&p.splats)).collect();
-        let drawn = render(&sets, &view, &options(&self.wanted.output));
+        let options = options(&self.wanted.output);
+        let drawn = self.renderer.render(&sets, &view, &options).map_err(|e| e.to_string())?;
         let name = picture(visual.number);
         png::write(&self.wanted.folder.join(&name), &drawn).map_err(|e| e.to_string())?;
         self.preview.push(&drawn).map_err(|e| e.to_string())?;
         self.note(&name);
         self.done.pictures.push(name);
+        if let Some(conditions) = &mut self.conditions {
+            conditions.take(&mut self.renderer, &options, (visual.number, view), players)?;
+        }
         self.done.draw_s += began.elapsed().as_secs_f64();
         Ok(())
     }
@@ -227,6 +248,7 @@ impl Worker {
         if let Some(live) = self.live {
             live.finish();
         }
+        self.done.drawn_by = self.renderer.why().to_owned();
         Ok(self.done)
     }
 }

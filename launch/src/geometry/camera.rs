@@ -71,7 +71,7 @@ fn around(scene: &Scene, drawn: &[Drawn]) -> Camera {
     let (target, radius) = ((low + high) / 2.0, ((high - low).norm() / 2.0).max(0.1));
     let distance = MARGIN * radius / (FIELD_OF_VIEW_DEG.to_radians() / 2.0).sin();
     let eye = target + Vector3::from(FROM).normalize() * distance;
-    let [width, height] = SIZE_PX;
+    let [width, height] = scene.output.preset.map_or(SIZE_PX, |preset| preset.size_px().map(|n| n as usize));
     Camera { eye: eye.into(), target: target.into(), up: [0.0, 0.0, 1.0], fov_y_deg: FIELD_OF_VIEW_DEG, width, height }
 }
 

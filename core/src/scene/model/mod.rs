@@ -141,8 +141,50 @@ pub struct OutputSpec {
     pub live: bool,
     /// Write a report to be read in a browser.
     pub report: bool,
+    /// Who draws the pictures.
+    pub renderer: RendererSpec,
+    /// A fixed set of frames for another program.
+    pub preset: Option<Preset>,
     /// Where pictures are taken from; `None` lets the launcher look at all that moves.
     pub camera: Option<CameraSpec>,
+}
+
+/// Who draws the pictures.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RendererSpec {
+    /// The processor: the same bytes on every machine.
+    #[default]
+    Cpu,
+    /// A graphics processor; the run fails where there is none.
+    Gpu,
+    /// A graphics processor where there is one in hardware.
+    Auto,
+}
+
+/// A fixed set of frames for another program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Preset {
+    /// What a video model is conditioned on: 49 frames of 720 × 480 pixels from the first to the last moment, and of each
+    /// the flow to the next, the depth and which body is seen.
+    VideoModel,
+}
+
+impl Preset {
+    /// Frames, the first and the last included.
+    pub fn frames(self) -> u32 {
+        match self {
+            Self::VideoModel => 49,
+        }
+    }
+
+    /// Width and height \[px\].
+    pub fn size_px(self) -> [u32; 2] {
+        match self {
+            Self::VideoModel => [720, 480],
+        }
+    }
 }
 
 impl OutputSpec {
@@ -163,6 +205,8 @@ impl Default for OutputSpec {
             video: false,
             live: false,
             report: true,
+            renderer: RendererSpec::default(),
+            preset: None,
             camera: None,
         }
     }

@@ -4,13 +4,13 @@ use super::fields::Fields;
 use super::limits::{Limits, number};
 use super::node::Value;
 use super::value::At;
-use crate::scene::model::{CameraSpec, CameraStop, CameraTravel};
+use crate::scene::model::{CameraSpec, CameraStop, CameraTravel, Preset};
 
 /// Largest angle of an orbit \[°\]: a hundred turns.
 const MOST_DEG: f64 = 36_000.0;
 
 /// `[output.camera]`.
-pub(super) fn camera(fields: &Fields<'_>) -> CameraSpec {
+pub(super) fn camera(fields: &Fields<'_>, preset: Option<Preset>) -> CameraSpec {
     let unit = Limits::between(0.0, 1.0, "");
     let (eye_m, target_m, travel) = place(fields);
     CameraSpec {
@@ -18,10 +18,24 @@ pub(super) fn camera(fields: &Fields<'_>) -> CameraSpec {
         target_m,
         up: fields.or("up", [0.0, 0.0, 1.0], |at| at.numbers(Limits::any(""))),
         field_of_view_deg: fields.num_or("field_of_view", 40.0, Limits::between(1.0, 170.0, "°")),
-        size_px: fields.or("size", [960, 540], |at| at.numbers(Limits::between(16.0, 8192.0, "px")).map(|n| n as u32)),
+        size_px: size(fields, preset),
         background: fields.or("background", [1.0; 3], |at| at.numbers(unit)),
         travel,
     }
+}
+
+/// Width and height; a preset has its own.
+fn size(fields: &Fields<'_>, preset: Option<Preset>) -> [u32; 2] {
+    let own = preset.map_or([960, 540], Preset::size_px);
+    fields.or("size", own, |at| {
+        let size = at.numbers(Limits::between(16.0, 8192.0, "px")).map(|n| n as u32);
+        if preset.is_some() && size != own {
+            let [width, height] = own;
+            let help = "leave `size` away".to_owned();
+            at.error(format!("pictures of this preset have {width} × {height} pixels"), Some(help));
+        }
+        size
+    })
 }
 
 /// Where it stands and looks at first, and how that changes.

@@ -108,8 +108,8 @@ fn read_scene(root: &Fields<'_>) -> Option<Scene> {
         return None;
     }
     let name = root.must("name", |at| at.name()).unwrap_or_default();
-    let clock = settings::clock(root);
-    let output = settings::output(root, clock.as_ref());
+    let mut clock = settings::clock(root);
+    let output = settings::output(root, clock.as_mut());
     let duration_s = clock.as_ref().map_or(f64::NAN, |clock| clock.duration_s);
     let mut scene = Scene {
         title: root.opt("title", |at| at.text()).unwrap_or_else(|| name.clone()),

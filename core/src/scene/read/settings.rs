@@ -5,7 +5,7 @@ use super::fields::Fields;
 use super::limits::{Limits, number};
 use super::node::Value;
 use super::value::At;
-use crate::scene::model::{Break, ClockSpec, MotionRule, OutputSpec, RunSpec, Scheme, Space};
+use crate::scene::model::{Break, ClockSpec, MotionRule, OutputSpec, Preset, RendererSpec, RunSpec, Scheme, Space};
 
 const TIME: Limits = Limits::positive("s");
 /// Windows of the longest run; more of them never end.
@@ -16,6 +16,10 @@ const DEFAULT_JOIN_LIMIT_S: f64 = 30.0;
 
 /// Axes by name.
 pub(super) const AXES: [(&str, usize); 3] = [("x", 0), ("y", 1), ("z", 2)];
+
+/// Who draws, by name.
+const RENDERERS: [(&str, RendererSpec); 3] =
+    [("cpu", RendererSpec::Cpu), ("gpu", RendererSpec::Gpu), ("auto", RendererSpec::Auto)];
 
 /// `[clock]`.
 pub(super) fn clock(root: &Fields<'_>) -> Option<ClockSpec> {
@@ -108,42 +112,68 @@ pub(super) fn space(root: &Fields<'_>) -> Space {
         .unwrap_or(Space::Full)
 }
 
-/// `[output]`.
-pub(super) fn output(root: &Fields<'_>, clock: Option<&ClockSpec>) -> OutputSpec {
+/// `[output]`. A preset sets the frame rate of the clock where the scene does not.
+pub(super) fn output(root: &Fields<'_>, clock: Option<&mut ClockSpec>) -> OutputSpec {
     // Frames are what a frame rate is for: where there is one, all that is made from them is the default.
-    let has_frames = clock.is_some_and(|c| c.frames_per_second.is_some());
-    let framed = |fields: &Fields<'_>, key: &'static str, default: bool| {
-        fields.or(key, default, |at| {
-            let wanted = at.flag();
-            if wanted && !has_frames {
-                let help = "add `fps` to `[clock]`, for example `fps = 24`".to_owned();
-                at.error(format!("`{key}` needs frames, and the scene has no frame rate"), Some(help));
-            }
-            wanted && has_frames
-        })
-    };
-    let plain = OutputSpec { pictures: has_frames, splats: has_frames, recording: has_frames, ..OutputSpec::default() };
-    let read = |fields: &Fields<'_>| OutputSpec {
-        trace: fields.or("trace", plain.trace, |at| at.flag()),
-        ledger_every: fields.or("ledger_every", plain.ledger_every, |at| at.count(1..=1_000_000_000)),
-        pictures: framed(fields, "pictures", has_frames),
-        splats: framed(fields, "splats", has_frames),
-        recording: framed(fields, "recording", has_frames),
-        video: video(fields, framed(fields, "video", false), has_frames),
-        live: false,
-        report: fields.or("report", plain.report, |at| at.flag()),
-        camera: fields.opt("camera", |at| at.table(camera)).flatten(),
+    let has_rate = clock.as_ref().is_some_and(|c| c.frames_per_second.is_some());
+    let plain = OutputSpec { pictures: has_rate, splats: has_rate, recording: has_rate, ..OutputSpec::default() };
+    let read = |fields: &Fields<'_>| {
+        let preset = fields.opt("preset", |at| preset(&at, clock)).flatten();
+        let has_frames = has_rate || preset.is_some();
+        let framed = |key: &'static str, default: bool| {
+            fields.or(key, default, |at| {
+                let wanted = at.flag();
+                if wanted && !has_frames {
+                    let help = "add `fps` to `[clock]`, for example `fps = 24`".to_owned();
+                    at.error(format!("`{key}` needs frames, and the scene has no frame rate"), Some(help));
+                }
+                wanted && has_frames
+            })
+        };
+        let video = framed("video", false);
+        OutputSpec {
+            trace: fields.or("trace", plain.trace, |at| at.flag()),
+            ledger_every: fields.or("ledger_every", plain.ledger_every, |at| at.count(1..=1_000_000_000)),
+            pictures: framed("pictures", has_frames),
+            splats: framed("splats", has_frames),
+            recording: framed("recording", has_frames),
+            video: made_of_pictures(fields, "video", video, has_frames),
+            live: false,
+            report: fields.or("report", plain.report, |at| at.flag()),
+            renderer: fields.opt("renderer", |at| at.word(&RENDERERS)).flatten().unwrap_or_default(),
+            preset: preset.filter(|_| made_of_pictures(fields, "preset", true, has_frames)),
+            camera: fields.opt("camera", |at| at.table(|fields| camera(fields, preset))).flatten(),
+        }
     };
     root.opt("output", |at| at.table(read)).flatten().unwrap_or_else(|| plain.clone())
 }
 
-/// A film is made from pictures.
-fn video(fields: &Fields<'_>, wanted: bool, has_pictures: bool) -> bool {
+/// A preset, for which the clock has to give as many frames as it needs.
+fn preset(at: &At<'_>, clock: Option<&mut ClockSpec>) -> Option<Preset> {
+    let preset = at.word(&[("video-model", Preset::VideoModel)])?;
+    let clock = clock?;
+    let steps = f64::from(preset.frames() - 1);
+    let fps = *clock.frames_per_second.get_or_insert(steps / clock.duration_s);
+    // Rounding of a rate that is given in decimals.
+    if (fps * clock.duration_s - steps).abs() > 1e-6 * steps {
+        let frames = preset.frames();
+        let rate = number(steps / clock.duration_s);
+        let message = format!("the preset needs {frames} frames, and the clock gives another number");
+        at.error(
+            message,
+            Some(format!("leave `clock.fps` away, which makes it {rate}, or set `duration = {}`", number(steps / fps))),
+        );
+    }
+    Some(preset)
+}
+
+/// Whether what is made of pictures can be: a scene that wants it and no pictures is mistaken.
+fn made_of_pictures(fields: &Fields<'_>, key: &str, wanted: bool, has_pictures: bool) -> bool {
     let pictures = fields.get("pictures");
     let without = pictures.filter(|at| wanted && has_pictures && matches!(at.node.value, Value::Flag(false)));
     if let Some(at) = &without {
-        let help = "leave `pictures` away, or set `video = false`".to_owned();
-        at.error("`video` is made from pictures, and there are none".to_owned(), Some(help));
+        let help = format!("leave `pictures` away, or leave `{key}` away");
+        at.error(format!("`{key}` is made from pictures, and there are none"), Some(help));
     }
     wanted && without.is_none()
 }

@@ -9,7 +9,7 @@ use cosplat_viewer::{Options, View, png, psnr, render as draw};
 use serde::Serialize;
 
 use super::convert::Change;
-use super::picture::{RenderArgs, borrowed, camera, vector};
+use super::look::{LookArgs, borrowed, camera, vector};
 use super::read;
 use super::ssim::ssim;
 use super::statistics::Extent;
@@ -101,8 +101,7 @@ fn compared(args: &CompareArgs) -> Result<Compared, Error> {
     let Some(extent) = Extent::visible(&first) else {
         return Err(unusable(&args.file, &"no Gaussian has a finite place", "check it with `cosplat splat info`"));
     };
-    let eye =
-        RenderArgs { eye: args.eye, target: args.target, up: args.up, fov: args.fov, ..RenderArgs::of_size(size) };
+    let eye = LookArgs { eye: args.eye, target: args.target, up: args.up, fov: args.fov, size };
     let view = camera(&eye, &first, &extent).view().map_err(|e| {
         let problem = Problem::new("This camera cannot take a picture").because(e);
         Error::new(Code::Usage, problem.hint("change `--eye`, `--target`, `--up` or `--fov`"))
@@ -202,13 +201,9 @@ mod tests {
         // Steps of 1/255 of an opacity and of some 1/100 of a colour: below a hundredth of full scale nearly everywhere.
         assert!(packed.psnr_db.is_some_and(|db| db > 40.0) && packed.ssim.is_some_and(|s| s > 0.99), "{packed:?}");
         assert_eq!(compared(&args(&c)).unwrap_err().code, Code::Scene, "no such picture");
-        super::super::picture::render(&RenderArgs {
-            file: a.clone(),
-            output: c.clone(),
-            background: [0.0; 3],
-            ..RenderArgs::of_size([64, 48])
-        })
-        .unwrap();
+        let extent = Extent::visible(&one).unwrap();
+        let view = camera(&LookArgs::of_size([64, 48]), &one, &extent).view().unwrap();
+        png::write(&c, &draw(&[borrowed(&one)], &view, &Options::default())).unwrap();
         // A picture of eight bits: half a step, and its rounding.
         let drawn = compared(&args(&c)).unwrap();
         assert!(drawn.largest < 0.51 / 255.0 && drawn.size_px == [64, 48], "{drawn:?}");

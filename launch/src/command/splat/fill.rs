@@ -12,8 +12,9 @@ use cosplat_splat::{OutputFrame, Splats, merge};
 use cosplat_viewer::{Options, Picture, png, psnr, render as draw};
 use serde::Serialize;
 
+use super::look::{LookArgs, borrowed, camera, vector};
 use super::output::{Output, free};
-use super::picture::{RenderArgs, borrowed, camera, picture_name, vector};
+use super::picture::picture_name;
 use super::statistics::Extent;
 use super::{put, read};
 use crate::cli::Format;
@@ -164,7 +165,7 @@ fn filled(args: &FillArgs) -> Result<Filled, Error> {
 fn drawn(bodies: &[(Fill, Staged)]) -> Result<Vec<Picture>, String> {
     let Some((_, first)) = bodies.first() else { return Ok(Vec::new()) };
     let extent = Extent::visible(&first.splats).ok_or("nothing is visible")?;
-    let args = RenderArgs::of_size([SIDE_PX; 2]);
+    let args = LookArgs::of_size([SIDE_PX; 2]);
     let view = camera(&args, &first.splats, &extent).view().map_err(|e| e.to_string())?;
     let options = Options { background: [1.0; 3], near: 1e-6, ..Options::default() };
     let middle = extent.centre()[1];

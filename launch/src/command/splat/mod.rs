@@ -4,12 +4,16 @@ mod compare;
 mod convert;
 mod densify;
 mod fill;
+mod flow;
 mod guess;
 mod info;
 mod label;
 mod orient;
+mod look;
 mod output;
 mod picture;
+mod planes;
+mod renderer;
 mod select;
 mod ssim;
 pub(crate) mod statistics;
@@ -39,6 +43,7 @@ Examples:
   cosplat splat fill capture.spz --compare fill.png --metres-per-unit 0.465
   cosplat splat orient capture.spz upright.ply --up 0,1,0 --height 0.465
   cosplat splat densify capture.ply closed.ply --mesh ground.obj --depth 5
+  cosplat splat flow out/NAME/splats/frame_0010.ply out/NAME/splats/frame_0011.ply flow.flo
   cosplat splat compare capture.ply capture.spz";
 
 /// Largest file that is read: larger captures do not fit into memory with what is made of them.
@@ -72,6 +77,8 @@ pub(crate) enum SplatCommand {
     Orient(orient::OrientArgs),
     /// Close the holes of a captured environment with transparent Gaussians, and write its surface as a mesh
     Densify(densify::DensifyArgs),
+    /// Say and write how far each pixel moves from one splat file to the next
+    Flow(flow::FlowArgs),
     /// Say how two splat files differ, or a splat file and a picture
     Compare(compare::CompareArgs),
 }
@@ -88,6 +95,7 @@ impl SplatArgs {
             SplatCommand::Fill(args) => args.format,
             SplatCommand::Densify(args) => args.format,
             SplatCommand::Orient(args) => args.format,
+            SplatCommand::Flow(args) => args.format,
             SplatCommand::Compare(args) => args.format,
         }
     }
@@ -107,6 +115,7 @@ pub(crate) fn splat(args: &SplatArgs) -> Result<Code, Error> {
         SplatCommand::Fill(args) => fill::fill(args),
         SplatCommand::Orient(args) => orient::orient(args),
         SplatCommand::Densify(args) => densify::densify(args),
+        SplatCommand::Flow(args) => flow::flow(args),
         SplatCommand::Compare(args) => compare::compare(args),
     }
 }

@@ -10,8 +10,8 @@ use cosplat_splat::format::ending_of;
 use serde::Serialize;
 
 use super::label::{Label, having, label, marked, name_of};
+use super::look::vector;
 use super::output::{Output, free, write};
-use super::picture::vector;
 use super::read;
 use crate::cli::Format;
 use crate::exit::{Code, Error, Problem};

@@ -1,7 +1,7 @@
 //! `[output]`: what a run leaves beside its ledger.
 
 use super::*;
-use crate::scene::{CameraSpec, CameraStop, CameraTravel, OutputSpec, Scene};
+use crate::scene::{CameraSpec, CameraStop, CameraTravel, OutputSpec, Preset, RendererSpec, Scene};
 
 fn scene(clock: &str, output: &str) -> Result<Scene, Vec<Diagnostic>> {
     let body = "[[body]]\nname = \"a\"\nsolver = \"s\"\nmaterial = \"point-mass\"\nmass = 1\npoints = [[0, 0, 0]]\n";
@@ -87,4 +87,34 @@ fn a_film_is_asked_for_and_made_from_pictures() {
     let found = video("fps = 24", "video = true\npictures = false").unwrap_err();
     assert!(found.len() == 1 && found[0].message.contains("made from pictures"), "{found:?}");
     assert!(video("", "video = true").unwrap_err()[0].message.contains("`video` needs frames"));
+}
+
+#[test]
+fn a_preset_sets_frames_and_size() {
+    let preset = |clock: &str, output: &str| scene(clock, &format!("[output]\npreset = \"video-model\"\n{output}"));
+    let camera = "[output.camera]\neye = [1, 0, 0]\ntarget = [0, 0, 0]\n";
+    for clock in ["", "fps = 48"] {
+        let found = preset(clock, camera).unwrap();
+        assert_eq!(found.clock.frames_per_second, Some(48.0), "49 frames in one second");
+        assert_eq!(found.output.preset, Some(Preset::VideoModel));
+        assert!(found.output.pictures && found.output.camera.is_some_and(|c| c.size_px == [720, 480]));
+    }
+    for (clock, output, word) in [
+        ("fps = 24", "", "49 frames"),
+        ("", "pictures = false", "made from pictures"),
+        ("", "[output.camera]\neye = [1, 0, 0]\ntarget = [0, 0, 0]\nsize = [640, 480]", "720 × 480"),
+    ] {
+        let found = preset(clock, output).unwrap_err();
+        assert!(found.len() == 1 && found[0].message.contains(word) && found[0].help.is_some(), "{found:?}");
+    }
+    assert!(scene("", "[output]\npreset = \"film\"").is_err());
+}
+
+#[test]
+fn who_draws_is_asked_for_by_name() {
+    let renderer = |word: &str| scene("", &format!("[output]\nrenderer = \"{word}\"")).map(|s| s.output.renderer);
+    assert_eq!(scene("", "").unwrap().output.renderer, RendererSpec::Cpu);
+    let all = [("cpu", RendererSpec::Cpu), ("gpu", RendererSpec::Gpu), ("auto", RendererSpec::Auto)];
+    assert!(all.into_iter().all(|(word, spec)| renderer(word) == Ok(spec)));
+    assert!(renderer("vulkan").is_err());
 }
