@@ -125,7 +125,6 @@ fn defaults(kind: &str, has_mass: bool) -> Values {
                 ("hardening", hardening),
             ])
         }
-        "mpm-liquid" => Values::from([("viscosity", 0.0)]),
         "sph-liquid" => Values::from([("viscosity", 0.0), ("surface_tension", 0.0)]),
         "cloth" => Values::from([
             ("static_friction", DEFAULT_FRICTION),
@@ -133,7 +132,7 @@ fn defaults(kind: &str, has_mass: bool) -> Values {
             ("stretch_relaxation", 1.0),
             ("bending_relaxation", 1.0),
         ]),
-        "smoke" => Values::from([("viscosity", 0.0)]),
+        "mpm-liquid" | "smoke" => Values::from([("viscosity", 0.0)]),
         _ => Values::new(),
     }
 }

@@ -11,7 +11,7 @@ use cosplat_splat::close::{Chosen, Closed, Pruning, Settings, Thinning, reconstr
 use serde::Serialize;
 
 use super::output::{Output, axes_of, free, write};
-use super::picture::vector;
+use super::look::vector;
 use super::statistics::Extent;
 use super::{put, read};
 use crate::cli::Format;
@@ -251,7 +251,7 @@ impl Densified {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::command::splat::picture::{RenderArgs, borrowed, camera};
+    use crate::command::splat::look::{LookArgs, borrowed, camera};
     use cosplat_mesh::format::{Beside, read as read_mesh};
     use cosplat_splat::format::{encode, read_file};
     use cosplat_viewer::{Options, render};
@@ -297,7 +297,7 @@ mod tests {
         let (before, after) = (read_file(&at("a.ply")).unwrap().splats, read_file(&at("b.ply")).unwrap().splats);
         assert_eq!(after.len(), before.len() + done.added);
         let view =
-            camera(&RenderArgs::of_size([160, 120]), &before, &Extent::visible(&before).unwrap()).view().unwrap();
+            camera(&LookArgs::of_size([160, 120]), &before, &Extent::visible(&before).unwrap()).view().unwrap();
         let [old, new] = [&before, &after].map(|s| render(&[borrowed(s)], &view, &Options::default()).rgba);
         assert!(old == new, "to the bit");
         // The same from a file with other axes, and nothing is replaced unasked.

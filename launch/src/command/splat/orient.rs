@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use serde::Serialize;
 
 use super::output::{Output, axes_of, free, write};
-use super::picture::vector;
+use super::look::vector;
 use super::read;
 use super::statistics::{Extent, VISIBLE};
 use crate::cli::Format;

@@ -166,7 +166,7 @@ fn every_key_is_read() {
     let Material::Snow { critical_compression, critical_stretch, hardening, .. } = scene.bodies[5].material else {
         panic!("snow")
     };
-    assert_eq!([critical_compression, critical_stretch, hardening], [2.5e-2, 7.5e-3, 5.0]);
+    assert_eq!((critical_compression, critical_stretch, hardening), (2.5e-2, 7.5e-3, 5.0));
     let frictions = |pair: &PairSpec| (pair.static_friction, pair.kinetic_friction);
     assert_eq!(frictions(&scene.pairs[0]), (3.0, 3.0), "from the rock's preset");
     assert_eq!((scene.pairs[1].kinetic_friction, scene.pairs[1].softness_m), (0.2, 0.004));
