@@ -21,6 +21,8 @@ const SPARSE: f64 = 2.0;
 const AGREE: f64 = 0.8;
 /// Part of the spread of neighbours along the normal from which a point is haze and no surface.
 const HAZE: f64 = 0.08;
+/// A piece is hidden from above where its votes sum to less than this part of its points.
+const HIDDEN: f64 = 0.05;
 /// Width of the columns that are looked at from above, in cells.
 const COLUMN: f64 = 2.0;
 /// Cells grow by this.
@@ -86,7 +88,8 @@ fn eighth(points: &[[f32; 3]]) -> f64 {
 /// Signs are carried along a minimal spanning tree of the graph of neighbours, in which an edge costs 1 − |n·n′| (Hoppe et
 /// al. 1992), but not over edges where normals turn by more than [`AGREE`], and not by haze: what floats between two things
 /// would carry the wrong one over, and counts little for the surface. Each piece that hangs together is then turned as most
-/// of its points ask for above which there is nothing; a piece without such points as its highest one asks.
+/// of its points ask for that are seen from above; a piece that is hardly seen from there as those ask that are seen from
+/// the sides, and one that is hidden as its highest point asks.
 pub(super) fn oriented(points: &[[f32; 3]], up: Vector3<f64>, cell: f64) -> Vec<Oriented> {
     let grid = Grid::new(points);
     let of = |found: &mut Vec<(f64, u32)>, p: &[f32; 3]| {
@@ -108,7 +111,11 @@ pub(super) fn oriented(points: &[[f32; 3]], up: Vector3<f64>, cell: f64) -> Vec<
             }
         }
     }
-    let topmost = topmost(&all, &up, COLUMN * cell);
+    let across = perpendicular(&up);
+    let along = up.cross(&across);
+    let sides = [across, -across, along, -along];
+    let from_above = votes(&all, &up, COLUMN * cell);
+    let from_sides = sides.map(|side| votes(&all, &side, COLUMN * cell));
     let mut order: Vec<u32> = (0..all.len() as u32).collect();
     let height = |i: &u32| all[*i as usize].place.dot(&up);
     order.sort_by(|a, b| height(b).total_cmp(&height(a)).then(a.cmp(b)));
@@ -116,8 +123,14 @@ pub(super) fn oriented(points: &[[f32; 3]], up: Vector3<f64>, cell: f64) -> Vec<
     for first in order {
         if !done[first as usize] {
             let piece = agree(first, &mut all, &near, &mut done);
-            let votes = |i: &u32| if topmost[*i as usize] { all[*i as usize].normal.dot(&up) } else { 0.0 };
-            let sum: f64 = piece.iter().map(votes).sum();
+            let count = |seen: &[Option<Vector3<f64>>]| {
+                let vote = |i: &u32| seen[*i as usize].map_or(0.0, |d| all[*i as usize].normal.dot(&d));
+                piece.iter().map(vote).sum::<f64>()
+            };
+            let mut sum = count(&from_above);
+            if sum.abs() < HIDDEN * piece.len() as f64 {
+                sum += from_sides.iter().map(|seen| count(seen)).sum::<f64>();
+            }
             let wrong = if sum == 0.0 { all[first as usize].normal.dot(&up) < 0.0 } else { sum < 0.0 };
             for i in piece.into_iter().filter(|_| wrong) {
                 all[i as usize].normal *= -1.0;
@@ -151,8 +164,8 @@ fn agree(first: u32, all: &mut [Oriented], near: &[Vec<u32>], done: &mut [bool])
     piece
 }
 
-/// Which points have nothing above them, in columns of that width.
-fn topmost(all: &[Oriented], up: &Vector3<f64>, width: f64) -> Vec<bool> {
+/// The direction, for points that are seen from there: those with nothing before them, in columns of that width.
+fn votes(all: &[Oriented], up: &Vector3<f64>, width: f64) -> Vec<Option<Vector3<f64>>> {
     let across = perpendicular(up);
     let along = up.cross(&across);
     let column = |p: &Oriented| [across, along].map(|axis| (p.place.dot(&axis) / width).floor() as i64);
@@ -161,5 +174,6 @@ fn topmost(all: &[Oriented], up: &Vector3<f64>, width: f64) -> Vec<bool> {
         let top = highest.entry(column(p)).or_insert(f64::NEG_INFINITY);
         *top = top.max(p.place.dot(up));
     }
-    all.iter().map(|p| highest.get(&column(p)).is_some_and(|top| p.place.dot(up) >= top - width)).collect()
+    let seen = |p: &Oriented| highest.get(&column(p)).is_some_and(|top| p.place.dot(up) >= top - width);
+    all.iter().map(|p| seen(p).then_some(*up)).collect()
 }
