@@ -288,8 +288,9 @@ mod tests {
         let paths = ["a.ply", "b.ply", "m.obj"].map(|n| at(n).display().to_string());
         let args = typed(&[&paths[0], &paths[1], "--mesh", &paths[2], "--depth", "6", "--spacing", "0.02"]);
         let done = densified(&args).unwrap();
-        // The hole has an area of 0.0314, and 1.5 samples each for (√3/2) h²: about 136.
-        assert!((100..250).contains(&done.added), "{done:?}");
+        // Disks jam at 0.6966 of area over distance². What stays of the hole of radius 0.1 after thinning and pruning is the
+        // integral of d / 0.04, at most 1, from d = 0.01 on: 0.0198, which makes 34 with a spread of 4.
+        assert!((22..47).contains(&done.added), "{done:?}");
         let mesh = read_mesh(&std::fs::read(at("m.obj")).unwrap(), Some("obj"), Beside::Nothing).unwrap().mesh;
         assert_eq!(mesh.triangles.len(), done.triangles);
         let [a, b, c] = mesh.corners(mesh.triangles[0]);

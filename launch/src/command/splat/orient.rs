@@ -364,7 +364,7 @@ mod tests {
         assert_eq!(scale(&["--length", "3.9"]), Ok(2.0));
         assert_eq!(scale(&["--distance", "2", "--from", "0,0,0", "--to", "0,4,3"]), Ok(0.4));
         assert_eq!(scale(&["--distance", "2", "--from", "1,0,0", "--to", "1,0,0"]), Err(Code::Scene));
-        assert_eq!(scale(&["--height", "-1"]), Err(Code::Scene));
+        assert_eq!(scale(&["--height", "0"]), Err(Code::Scene));
         assert_eq!(scale(&["--up", "0,0,0"]), Err(Code::Scene));
         // No ground is upright to the ground that there is: as stated, it stands on its lowest Gaussians.
         assert_eq!(scale(&["--up", "1,0,0", "--height", "3.9"]), Ok(2.0));
