@@ -17,8 +17,8 @@ const JUDGES: usize = 4000;
 const FITS: usize = 5;
 /// Part of the surface that lies near a ground at least: an even box has twice the tolerance, 4 %, along each axis.
 const GROUND: f64 = 0.1;
-/// And of the rest, above it at least: what lies in a pot or on a table is no ground.
-const ABOVE: f64 = 0.7;
+/// Part of the surface that lies below it at most: what lies in a pot or on a table is no ground.
+const BELOW: f64 = 0.2;
 
 /// How a ground is looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,7 +50,7 @@ pub struct Ground {
     pub height: f64,
     /// Part of the surface, by opacity and area, that lies in the plane.
     pub share: f64,
-    /// Part of the rest that is above.
+    /// Part of the rest that is above; 1 where there is no rest.
     pub above: f64,
     /// Root mean square of the distance of what lies in it.
     pub roughness: f64,
@@ -67,9 +67,9 @@ pub enum GroundError {
     Settings,
     /// No plane holds enough, or what it holds is not below the rest.
     #[error(
-        "the plane that holds most has {:.1} % of the surface in it and {:.1} % of the rest above; a ground has {:.0} % and \
-         {:.0} %",
-        100.0 * .0, 100.0 * .1, 100.0 * GROUND, 100.0 * ABOVE
+        "the plane that holds most has {:.1} % of the surface in it and {:.1} % below; a ground has at least {:.0} % and at \
+         most {:.0} %",
+        100.0 * .0, 100.0 * .1, 100.0 * GROUND, 100.0 * BELOW
     )]
     None(f64, f64),
 }
@@ -120,8 +120,9 @@ pub fn ground(splats: &Splats, settings: &Settings) -> Result<Ground, GroundErro
     if up.map_or(found.above < 0.5, |up| normal.dot(&up) < 0.0) {
         found = measured(&places, -normal, -height, near);
     }
-    let enough = found.share >= GROUND && found.above >= ABOVE;
-    if enough { Ok(found) } else { Err(GroundError::None(found.share, found.above)) }
+    let below = (1.0 - found.share) * (1.0 - found.above);
+    let enough = found.share >= GROUND && below <= BELOW;
+    if enough { Ok(found) } else { Err(GroundError::None(found.share, below)) }
 }
 
 /// Opaque Gaussians with what they weigh.
@@ -183,7 +184,7 @@ fn measured(places: &[Place], normal: Vector3<f64>, height: f64, near: f64) -> G
         normal: normal.into(),
         height,
         share: part(inside, inside + above + below),
-        above: part(above, above + below),
+        above: if below > 0.0 { part(above, above + below) } else { 1.0 },
         roughness: part(squares, inside).sqrt(),
     }
 }
@@ -240,7 +241,7 @@ mod tests {
             // Stated the other way round, everything hangs below it, so it is none.
             let below = Settings { up: Some((-up).into()), ..Settings::default() };
             assert!(
-                matches!(ground(&splats, &below), Err(GroundError::None(share, above)) if share > 0.6 && above < 0.01)
+                matches!(ground(&splats, &below), Err(GroundError::None(share, below)) if share > 0.6 && below > 0.25)
             );
             // And not one that is tilted too far.
             let across = Settings { up: Some(turn.column(0).into_owned().into()), ..Settings::default() };
@@ -254,6 +255,9 @@ mod tests {
         assert_eq!(ground(&Splats::default(), &Settings::default()), Err(GroundError::TooFew(0)));
         let wrong = Settings { up: Some([0.0; 3]), ..Settings::default() };
         assert_eq!(ground(&splats, &wrong), Err(GroundError::Settings));
+        // A bare ground is one.
+        let bare: Vec<u32> = (0..3600).collect();
+        assert!(ground(&splats.select(&bare), &Settings::default()).is_ok_and(|g| g.share > 0.99));
         let ball: Vec<u32> = (3600..5100).collect();
         splats = splats.select(&ball);
         assert!(matches!(ground(&splats, &Settings::default()), Err(GroundError::None(..))));

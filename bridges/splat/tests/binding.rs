@@ -24,7 +24,7 @@ fn error(splats: &Splats, binding: &Binding, rest: &[[f32; 3]], a: &Matrix3<f64>
     let now = moved(rest, a, b);
     let particles = Particles { rest, now: &now, gradients: None };
     let mut out = Splats::default();
-    let local = binding.locals(splats, &particles).unwrap();
+    let local = binding.locals(splats, &particles).expect("the lengths fit");
     skin(splats, local, Limits::default(), &mut out);
     let wanted = moved(&splats.positions, a, b);
     let gap = |(p, q): (&[f32; 3], &[f32; 3])| (0..3).map(|k| f64::from(p[k] - q[k]).powi(2)).sum::<f64>();

@@ -11,8 +11,9 @@ use rayon::prelude::*;
 
 use super::normals::Oriented;
 
-/// Cells around the box of the points.
-const BORDER: f64 = 4.0;
+/// Cells around the box of the points; no whole number, so that a flat ground does not lie in the nodes, where χ is zero
+/// with either sign.
+const BORDER: f64 = 4.4;
 /// Cells along the longest side of the coarsest level.
 const COARSEST: f64 = 8.0;
 /// A level is done when the residual is this part of the right side, or after that many steps.
