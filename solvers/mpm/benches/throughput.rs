@@ -1,5 +1,5 @@
-//! Particle-substeps a second of an elastic block of 100 000 particles, eight a cell: in free flight, plastic, on a floor,
-//! and below a rock of triangles.
+//! Particle-substeps a second of a block of 100 000 particles, eight a cell: elastic in free flight, plastic, on a floor and
+//! below a rock of triangles; sand, snow and liquid on a floor.
 //!
 //! What bounds it (two cores of an AVX2 machine at about 3 GHz, 30 GB/s together):
 //! - memory: a substep reads and writes 108 B of each particle twice, once to the tile (read) and once from it (read
@@ -23,8 +23,8 @@ use cosplat_core::boundary::{BoundaryState, ProxyRecord, add, norm, scale};
 use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{Inputs, InterfaceView, PartnerInput, Plugin, SolverScene, Steady, Step, ViewRole};
 use cosplat_core::scene::{
-    Action, ActionKind, Body, ContactLaw, Fill, Material, MotionRule, PairSpec, Pose, Source, Space, StaticCollider,
-    VelocityField, Wall,
+    Action, ActionKind, Body, ContactLaw, Fill, Material, MotionRule, PairSpec, Pose, SNOW, Source, Space,
+    StaticCollider, VelocityField, Wall,
 };
 use cosplat_core::time::{Clock, Span};
 use cosplat_mpm::{Mpm, Real};
@@ -207,6 +207,24 @@ fn main() {
         poissons_ratio: 0.22,
         yield_stress_pa,
     };
+    let (density_kg_m3, poissons_ratio) = (1600.0, 0.2);
+    let sand = Material::Granular {
+        density_kg_m3,
+        youngs_modulus_pa: 1e6,
+        poissons_ratio,
+        friction_angle_deg: 30.0,
+        cohesion_pa: 0.0,
+    };
+    let [critical_compression, critical_stretch, hardening] = SNOW;
+    let snow = Material::Snow {
+        density_kg_m3: 400.0,
+        youngs_modulus_pa: 1.4e5,
+        poissons_ratio,
+        critical_compression,
+        critical_stretch,
+        hardening,
+    };
+    let liquid = |viscosity_pa_s| Material::MpmLiquid { density_kg_m3: 1000.0, bulk_modulus_pa: 4e5, viscosity_pa_s };
     let alone = |scene| (scene, Inputs::default());
     for threads in [1, 2] {
         measure::<f32>("elastic f32", &alone(scene(elastic, threads, EDGE)));
@@ -216,6 +234,10 @@ fn main() {
         measure::<f32>("on a floor", &alone(resting(elastic, threads, false)));
         measure::<f32>("on a floor, a capture", &alone(resting(elastic, threads, true)));
         measure::<f32>("on a floor, below a rock", &with_rock(resting(elastic, threads, false)));
+        measure::<f32>("sand, collapses", &alone(resting(sand, threads, false)));
+        measure::<f32>("snow, on a floor", &alone(resting(snow, threads, false)));
+        measure::<f32>("liquid, collapses", &alone(resting(liquid(0.0), threads, false)));
+        measure::<f32>("liquid with viscosity", &alone(resting(liquid(1.0), threads, false)));
     }
     measure::<f32>("elastic f32", &alone(scene(elastic, 2, 100.0 / 128.0)));
 }

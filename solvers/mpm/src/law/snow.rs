@@ -133,7 +133,7 @@ mod tests {
         v.to_array()[0]
     }
 
-    /// Squeezed along z alone to the stretch `to`: stress along z, J_p, and energy lost.
+    /// Squeezed along z alone to the stretch `to`: stress along z, `J_p`, and energy lost.
     fn squeezed(to: f64, steps: usize) -> (f64, f64, f64) {
         let law = Law::<f64>::snow(LAME, SNOW);
         let factor = to.powf(1.0 / steps as f64) - 1.0;
