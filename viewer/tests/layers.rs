@@ -22,7 +22,7 @@ fn seen(view: &View, point: Vector3<f64>) -> [f64; 2] {
 
 fn layers(sets: &[&Set], view: &View, next: Option<&Next<'_>>) -> Layers {
     let sets: Vec<_> = sets.iter().map(|s| s.view()).collect();
-    render_layers(&sets, view, &Options::default(), next).unwrap()
+    render_layers(&sets, view, &Options::default(), next).expect("every Gaussian has a next place")
 }
 
 /// A turn by one degree and a small step.
@@ -41,7 +41,7 @@ fn later(view: &View) -> View {
         width: view.width,
         height: view.height,
     };
-    camera.view().unwrap()
+    camera.view().expect("the camera sees")
 }
 
 /// Single Gaussians, far from each other: the flow is the difference of their projected means, at every pixel they touch.
@@ -141,7 +141,8 @@ fn an_occluder_has_its_own_flow_object_and_depth() {
     assert!(near(u, 0.0) && near(v, -2.0) && layers.object[side] == 0, "{u} {v}");
     assert!((layers.picture.depth[side] - 2.0).abs() < 1e-3);
     let still = self::layers(&[&front], &view, None);
-    assert!(still.flow.is_empty() && still.object[at(5, 5)] == NO_OBJECT && still.normal[at(5, 5)] == [0.0; 3]);
+    assert!(still.flow.is_empty() && still.object[at(5, 5)] == NO_OBJECT);
+    assert_eq!(still.normal[at(5, 5)].map(f32::to_bits), [0; 3]);
 }
 
 /// What is behind the next camera has no flow; what is beside it has.
