@@ -63,7 +63,8 @@ struct Drawn {
     pictures: u16,
     planes: Vec<String>,
     renderer: &'static str,
-    drawn_by: String,
+    #[serde(rename = "drawn_by")]
+    by: String,
 }
 
 /// Draws a splat file.
@@ -136,7 +137,7 @@ fn drawn(args: &RenderArgs) -> Result<Drawn, Error> {
         pictures: count,
         planes: planes.iter().map(|plane| plane.path.display().to_string()).collect(),
         renderer: renderer.name(),
-        drawn_by: renderer.why().to_owned(),
+        by: renderer.why().to_owned(),
     })
 }
 
@@ -152,7 +153,7 @@ impl Drawn {
             vector(self.target),
             vector(self.up),
             self.field_of_view_deg,
-            printable(&self.drawn_by)
+            printable(&self.by)
         )
     }
 }
