@@ -7,12 +7,15 @@ use crate::sim::Sim;
 
 /// Most parts of an edge.
 const MOST_PARTS: u32 = 5;
+/// How far an edge may be stretched whose corrections are relaxed as published: silk over a tip doubles its length.
+const STRETCHED: f64 = 2.0;
 
 impl Sim {
     /// Points between the vertices of a body that cut its shortest edges into parts of at most `width` \[m\].
     pub(crate) fn lattice(&self, body: usize, width: f64) -> Vec<Place> {
         // A whole number of widths must not become one part more by rounding.
-        let parts = (self.setting.shortest / width - 1e-6).ceil().clamp(1.0, f64::from(MOST_PARTS)) as u32;
+        let longest = self.setting.shortest * if self.setting.relaxed { STRETCHED } else { 1.0 };
+        let parts = (longest / width - 1e-6).ceil().clamp(1.0, f64::from(MOST_PARTS)) as u32;
         let share = |k: u32| f64::from(k) / f64::from(parts);
         let mut places = Vec::new();
         let mut seen = BTreeSet::new();

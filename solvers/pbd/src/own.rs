@@ -82,6 +82,19 @@ impl Search<'_> {
         self.owner[a as usize] == self.owner[b as usize]
     }
 
+    /// Whether corners of two pieces of one body are closer at rest than what is left alone: most of what is near, for
+    /// less than the distance of the pieces costs.
+    fn is_beside(&self, a: &[u32], b: &[u32]) -> bool {
+        let closest = 4.0 * self.thickness * self.thickness;
+        let rest = |i: u32| self.mesh.rest[i as usize];
+        a.iter().any(|&i| {
+            b.iter().any(|&j| {
+                let d = sub(rest(i), rest(j));
+                dot(d, d) < closest
+            })
+        })
+    }
+
     fn of_vertices(&self) -> Vec<Candidate> {
         let triangles = &self.mesh.triangles;
         let corners = |t: [u32; 3]| t.map(|i| self.x(i));
@@ -95,6 +108,9 @@ impl Search<'_> {
                     return;
                 }
                 let Some(friction) = self.friction(v, a) else { return };
+                if self.same(v, a) && self.is_beside(&[v], &ends) {
+                    return;
+                }
                 let far = |p: Vec3, points: [Vec3; 3]| norm(sub(p, at(points, on_triangle(points, p))));
                 if far(x, corners(ends)) > self.reach {
                     return;
@@ -121,6 +137,9 @@ impl Search<'_> {
                     return;
                 }
                 let Some(friction) = self.friction(first[0], second[0]) else { return };
+                if self.same(first[0], second[0]) && self.is_beside(&first, &second) {
+                    return;
+                }
                 if edges_apart(points(first), points(second)) > self.reach * self.reach {
                     return;
                 }

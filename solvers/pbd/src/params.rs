@@ -9,10 +9,10 @@ use crate::read_held::{BondSpec, PullSpec};
 
 /// Longest substep without a parameter \[s\]; the published one in the mode that repeats published pictures.
 const SUBSTEP: f64 = 2.5e-4;
-const GENESIS_SUBSTEP: f64 = 1e-3;
+pub(crate) const GENESIS_SUBSTEP: f64 = 1e-3;
 /// Iterations of stretch and bending: one of each in small substeps; as published otherwise.
 const ITERATIONS: [u32; 2] = [1, 1];
-const GENESIS_ITERATIONS: [u32; 2] = [4, 1];
+pub(crate) const GENESIS_ITERATIONS: [u32; 2] = [4, 1];
 /// Most iterations that are of any use.
 const MOST_ITERATIONS: u64 = 1000;
 

@@ -271,6 +271,21 @@ impl Reader<'_> {
         table
     }
 
+    /// By how much a metre of cloth that hangs gets longer by its compliance, and by corrections that are scaled by the
+    /// factor `r` in place of it \[m\]: half of `α g ρ`, with the compliance `h² Σw (1 - φ)/φ`, `φ = 1 - (1 - r)^n`, of
+    /// relaxed corrections at vertices of `ρ l²`.
+    fn elongations(&self, density: f64, compliance: f64, r: f64) -> [f64; 2] {
+        let (published, iterations) = if self.params.relaxed {
+            (self.params.longest, self.params.iterations[0])
+        } else {
+            (crate::params::GENESIS_SUBSTEP, crate::params::GENESIS_ITERATIONS[0])
+        };
+        let left = libm::pow(1.0 - r, f64::from(iterations));
+        let weight = 2.0 / (density * self.spacing * self.spacing);
+        let relaxed = (compliance + published * published * weight) * (left / (1.0 - left)).max(1.0);
+        [compliance, relaxed].map(|compliance| 0.5 * compliance * 9.81 * density)
+    }
+
     fn left_out(&self) -> Vec<LeftOut> {
         let bodies = &self.scene.bodies;
         let one = |what: String, why: String| LeftOut {
@@ -287,15 +302,30 @@ impl Reader<'_> {
         let others = bodies.iter().enumerate().flat_map(|(i, a)| bodies[i + 1..].iter().map(move |b| (a, b)));
         let others = others.filter(|_| untouched);
         let others = others.map(|(a, b)| one(format!("contact `{}~{}`", a.name, b.name), why.into()));
-        let relaxed = bodies.iter().filter_map(|b| match b.material {
-            Material::Cloth { stretch_relaxation: s, bending_relaxation: r, .. }
-                if !self.params.relaxed && (s < 1.0 || r < 1.0) =>
-            {
+        let relaxed = bodies.iter().filter_map(|b| {
+            let Material::Cloth {
+                areal_density_kg_m2: density,
+                stretch_compliance_m_n: compliance,
+                stretch_relaxation: s,
+                bending_relaxation: r,
+                ..
+            } = b.material
+            else {
+                return None;
+            };
+            if s >= 1.0 && r >= 1.0 {
+                return None;
+            }
+            let [exact, relaxed] = self.elongations(density, compliance, s);
+            let told = format!("a hanging metre gets {exact:.1e} m longer by compliance, {relaxed:.1e} m by factors");
+            Some(if self.params.relaxed {
+                let why = "in mode `genesis` relaxation factors count, and stiffness depends on the substep";
+                one(format!("compliances of `{}`", b.name), format!("{why}: {told}"))
+            } else {
                 let why =
                     "in mode `physical` compliances count; `params.mode = \"genesis\"` repeats published pictures";
-                Some(one(format!("relaxation factors {s} and {r} of `{}`", b.name), why.into()))
-            }
-            _ => None,
+                one(format!("relaxation factors {s} and {r} of `{}`", b.name), format!("{why}: {told}"))
+            })
         });
         itself.chain(others).chain(relaxed).collect()
     }

@@ -94,7 +94,7 @@ fn settle(material: &str, window: f64) -> [f64; 2] {
     let height = begin + above + 0.002;
     let mut body = parts::body("silk", silk, Source::Plane { size_m: Some([size; 2]) }, [0.0, 0.0, height]);
     body.spacing_m = Some(WIDTH);
-    let windows = (0.8 / window).round() as u64;
+    let windows = (0.4 / window).round() as u64;
     let mut scene = parts::solver_scene("pbd", vec![body], windows, window);
     scene.actions = vec![parts::gravity()];
     scene.params.insert("mode".into(), "genesis".into());
