@@ -11,9 +11,9 @@ use crate::surfel::display_of_linear;
 /// Standard deviation in units of the spacing: neighbours overlap at half of it, so that no gap is seen.
 const SIGMA: f64 = 0.5;
 const OPACITY: f64 = 0.95;
-/// The same for smoke: ten particles in a row let through 0.94^10, half of what is behind.
+/// The same for smoke: a layer of particles one spacing apart takes 2π times the opacity, a fourteenth of what is behind.
 const PUFF_SIGMA: f64 = 1.0;
-const PUFF_OPACITY: f64 = 0.06;
+const PUFF_OPACITY: f64 = 0.012;
 /// An ellipsoid becomes at most this many times as long as the sphere it was.
 const STRETCH: f64 = 3.0;
 
