@@ -5,7 +5,8 @@
 //! What that is in N/m follows from the work of parting a liquid along a plane (Fowler 1937; Tartakovsky and Panchenko,
 //! "Pairwise force smoothed particle hydrodynamics model for multiphase flow", 2016, eq. 12): `σ = π/8 ∫ F(r) r⁴ dr` with
 //! volumes, so `A = 1344 σ/(π H⁵)`. Inside the liquid it presses with `2π/3 ∫ F(r) r³ dr = 1.6 · 16/3 σ/H`, against which the
-//! pressure stands: pressures are larger by that much. Walls neither pull nor push: they are not wetted.
+//! pressure stands: pressures are larger by that much, and particles so pressed lock where tension's own differences of
+//! pressure are small: a drop eight particles over its radius keeps half of what it is drawn out. Walls neither pull nor push: they are not wetted.
 
 use std::f64::consts::PI;
 

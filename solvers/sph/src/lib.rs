@@ -29,7 +29,7 @@
 //! a half spacings are refused.
 //!
 //! Viscosity is explicit, or implicit (`thick`) where it would bind the substep and no partner has friction. Surface
-//! tension (`cohesion`) is left out where ρ g d²/σ > 10: it would hold not even one particle.
+//! tension (`cohesion`) is left out where ρ g d²/σ > 10: it would hold not even one particle; elsewhere `dfsph` refuses it.
 //!
 //! Not here yet, and refused by name: moving static colliders, prescribed motion, impulses from others, bodies of different
 //! spacing in one process. A rough wall is one without slip; this is said in the plan.

@@ -228,6 +228,13 @@ impl Reader<'_> {
         });
         let bond = rho * g.fold(0.0, f64::max) * self.model.spacing * self.model.spacing / tension;
         if bond < WEAK_TENSION {
+            if self.model.params.pressure == Pressure::Incompressible {
+                self.refusals.push(format!(
+                    "surface tension of the incompressible liquid `{}`, whose drops swing two and a half times too slowly; \
+                     use pressure = \"wcsph\" or set it to 0",
+                    body.name
+                ));
+            }
             let sound = body.material.wave_speed_m_s().unwrap_or(1.0);
             let (pressed, least) = (cohesion::inside(tension, &self.model.kernel), rho * sound * sound * MOST_PRESSED);
             if self.model.params.pressure == Pressure::Weak && pressed > least {

@@ -255,6 +255,11 @@ fn what_it_cannot_do_is_refused_by_name() {
     };
     // Bond numbers of a particle of 2 cm: 0.1 and 392. The first would press it by 178 · 40 Pa, where 0.1 ρ c² is 40 kPa.
     assert!(refused(&|s| tension(s, 300.0)).contains("surface tension of 300 N/m"));
+    let kept = refused(&|s| {
+        tension(s, 1.0);
+        *s = common::incompressible(s.clone());
+    });
+    assert!(kept.contains("surface tension of the incompressible liquid `water`"), "{kept}");
     let mut weak = scene(vec![body.clone()], Vec::new(), 1e-3);
     tension(&mut weak, 0.01);
     let left_out = Sph::default().setup(&weak).expect("a scene it takes").left_out;
