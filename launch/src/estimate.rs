@@ -17,6 +17,8 @@ const COMPRESSION: f64 = 0.01;
 /// Share of substeps in which contact may be left before it is settled: all, because what is left is solved in the next
 /// substep. Where it spoils the exchange, its work shows it.
 const UNSETTLED: f64 = 1.0;
+/// How deep bodies may be inside each other \[m\]: what published stacks of rigid bodies are allowed.
+const OVERLAP_M: f64 = 5e-3;
 /// How far contact may set a rigid body aside in a substep \[m\]: the error that rapier allows itself.
 const ASIDE_M: f64 = 1e-3;
 
@@ -55,6 +57,7 @@ pub(crate) fn estimates(summary: &Summary) -> Vec<Estimate> {
         found.extend(compression(of, 1e-6 * counted("largest-compression-1e-6")));
         found.extend(unsettled(of, counted("contact-unsettled"), process.substeps as f64));
         found.extend(clamps(of, counted("stretch-clamps")));
+        found.extend(overlap(of, 1e-6 * counted("largest-overlap-1e-6-m")));
         found.extend(aside(of, 1e-9 * counted("largest position correction [nm]")));
     }
     found
@@ -192,8 +195,15 @@ fn clamps(of: &str, times: f64) -> Option<Estimate> {
     (times > 0.0).then(|| estimate("stretch clamps", of, [times, 0.0], meaning, remedy))
 }
 
+fn overlap(of: &str, value: f64) -> Option<Estimate> {
+    let meaning = format!("a body was {value:.2e} m inside another, or inside a wall");
+    let remedy = "shorten `max_substep_s` of the solver, in proportion to the depth, for as many more substeps; a body that \
+                  begins inside another must be moved";
+    (value > OVERLAP_M).then(|| estimate("overlap [m]", of, [value, OVERLAP_M], meaning, remedy))
+}
+
 fn aside(of: &str, value: f64) -> Option<Estimate> {
-    let meaning = format!("contact set a body aside by {:.2e} m in one substep: it was that deep in another", value);
+    let meaning = format!("contact set a body aside by {value:.2e} m in one substep: it was that deep in another");
     let remedy = "shorten `substep_s` of the solver, in proportion to the depth, for as many more substeps";
     (value > ASIDE_M).then(|| estimate("set aside [m]", of, [value, ASIDE_M], meaning, remedy))
 }

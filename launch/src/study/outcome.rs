@@ -28,13 +28,14 @@ pub(crate) const CLASSES: [(&str, Class); 4] = [
 
 /// Counters of the solvers of this project that say how much was done, not that anything went wrong. Whatever else is
 /// counted, by these solvers or by foreign ones, is a complaint; `contact-unsettled` is judged as an estimate, by its share.
-const WORK: [&str; 9] = [
+const WORK: [&str; 10] = [
     "contact-passes",
     "contact-places",
     "contact-unsettled",
     "contacts",
     "largest-boundary-particles",
     "largest-compression-1e-6",
+    "largest-overlap-1e-6-m",
     "largest position correction [nm]",
     "pressure-iterations",
     "sorts",

@@ -72,16 +72,16 @@ fn field(case: &CaseResult, row: &Row) -> Field {
     let has_ended = row.exit_code == 0 || row.exit_code == 7;
     let broken = if has_ended { broken(case, row) } else { Vec::new() };
     let says = row.why.clone().into_iter().chain(row.reported.iter().cloned()).collect::<Vec<_>>().join("; ");
-    let reports = row.exit_code == 7 || !row.reported.is_empty();
+    let reports = !row.reported.is_empty();
     let behaviour = match row.outcome {
+        // A red verdict says so, whatever else is wrong.
+        _ if row.exit_code == 7 => Behaviour::Degraded,
         Some(Class::Refused) if row.why.is_some() => Behaviour::Refused,
-        Some(Class::Refused) => Behaviour::Silent,
         // What ended well and left a result that is no number has not noticed.
-        Some(Class::Failed) | None if row.exit_code == 0 => Behaviour::Silent,
-        Some(Class::Failed) | None => Behaviour::Crashed,
+        Some(Class::Failed) | None if row.exit_code != 0 => Behaviour::Crashed,
         Some(Class::Correct | Class::Degraded) if reports => Behaviour::Degraded,
         Some(Class::Correct | Class::Degraded) if broken.is_empty() => Behaviour::Correct,
-        Some(Class::Correct | Class::Degraded) => Behaviour::Silent,
+        _ => Behaviour::Silent,
     };
     Field {
         case: case.name.clone(),
@@ -163,6 +163,7 @@ mod tests {
 
     #[test]
     fn every_end_of_a_run_has_its_place_on_the_map() {
+        use Behaviour::{Correct, Crashed, Degraded, Refused, Silent};
         let mut refused = row(Class::Refused, 4, None);
         refused.why = Some("the particles run away".into());
         let mut reported = row(Class::Degraded, 0, Some(0.5));
@@ -179,7 +180,6 @@ mod tests {
             row(Class::Failed, 5, None),
         ];
         let found: Vec<Behaviour> = map(&case(rows)).iter().map(|f| f.behaviour).collect();
-        use Behaviour::{Correct, Crashed, Degraded, Refused, Silent};
         assert_eq!(found, [Correct, Degraded, Degraded, Refused, Silent, Silent, Silent, Silent, Crashed]);
     }
 

@@ -111,8 +111,9 @@ mod tests {
         let mut there = BTreeSet::new();
         for folder in ["", "stability"] {
             for entry in fs::read_dir(root.join(folder)).unwrap() {
-                let name = entry.unwrap().file_name().to_string_lossy().into_owned();
-                if name.ends_with(".toml") || name.ends_with(".csv") {
+                let path = entry.unwrap().path();
+                let name = path.file_name().unwrap().to_string_lossy().into_owned();
+                if path.extension().is_some_and(|end| end == "toml" || end == "csv") {
                     there.insert(if folder.is_empty() { name } else { format!("{folder}/{name}") });
                 }
             }

@@ -32,6 +32,13 @@ pub(crate) struct Touch {
     rubbed: V3,
 }
 
+impl Touch {
+    /// How deep it is inside the other \[m\]; negative where there is a gap.
+    pub(crate) fn depth(&self) -> f64 {
+        -self.gap
+    }
+}
+
 /// Velocity per impulse at a body's point: `1/M - [r]× I⁻¹ [r]×` \[1/kg\].
 fn mobility(body: &Body, moving: &Moving, inverse: &M3, at: V3) -> M3 {
     let r = (at - moving.position).cross_matrix();

@@ -34,7 +34,11 @@ impl Model {
                 dissipated_j: state.dissipated,
             },
             interfaces: self.views.iter().enumerate().map(|(k, view)| received(k).report(view.id)).collect(),
-            counters: [("contacts".to_owned(), books.map_or(0, |b| b.contacts))].into(),
+            counters: [
+                ("contacts".to_owned(), books.map_or(0, |b| b.contacts)),
+                ("largest-overlap-1e-6-m".to_owned(), books.map_or(0, |b| (1e6 * b.deepest) as u64)),
+            ]
+            .into(),
         }
     }
 

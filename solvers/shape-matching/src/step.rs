@@ -4,7 +4,7 @@ use cosplat_core::boundary::Wrench;
 use cosplat_core::plugin::{Budget, InfluenceKind, PluginError, Pulse, Signal, Step};
 
 use crate::V3;
-use crate::contact::{find, settle};
+use crate::contact::{Touch, find, settle};
 use crate::model::{Model, State};
 
 /// Substeps of a step beyond which a body is not fast but blowing up.
@@ -35,6 +35,8 @@ pub(crate) struct Books {
     /// Of walls and other bodies on each body: impulse, and angular impulse about its centre.
     pub(crate) pushed: Vec<[V3; 2]>,
     pub(crate) contacts: u64,
+    /// Deepest overlap at the start of a substep \[m\].
+    pub(crate) deepest: f64,
 }
 
 /// Covers a step.
@@ -61,6 +63,7 @@ pub(crate) fn run(
         received: vec![Budget::default(); model.views.len()],
         pushed: vec![[V3::zeros(); 2]; model.bodies.len()],
         contacts: 0,
+        deepest: 0.0,
     };
     let at_start: Vec<V3> = state.bodies.iter().map(|m| m.position).collect();
     let before = model.kinetic(state);
@@ -80,6 +83,7 @@ pub(crate) fn run(
         }
         let mut touches = find(model, state, h);
         books.contacts += touches.len() as u64;
+        books.deepest = touches.iter().map(Touch::depth).fold(books.deepest, f64::max);
         settle(model, state, &mut touches, h, &mut books.external, &mut books.pushed);
         for (body, moving) in model.bodies.iter().zip(&mut state.bodies) {
             body.fly(moving, h);
