@@ -5,7 +5,7 @@ use cosplat_core::visual::VisualState;
 use cosplat_splat::bind::Frame;
 use cosplat_splat::skin::Limits;
 use cosplat_splat::stage::{Shown, Staged};
-use cosplat_splat::surfel::{Fabric, Light, Sample, dots, fabric, lit, puffs};
+use cosplat_splat::surfel::{Fabric, Light, Sample, fabric, lit, lit_dots, puffs};
 use cosplat_splat::{Axes, OutputFrame, Similarity, Splats};
 use cosplat_viewer::Gaussians;
 use nalgebra::Vector3;
@@ -143,12 +143,12 @@ impl<'a> Player<'a> {
                 let made = if self.is_woven {
                     fabric(position, &cloth.fabric, &self.light, &self.frame)
                 } else {
-                    dots(position, gradient, spacing, colour, &self.frame)
+                    lit_dots(position, gradient, spacing, colour, &self.light, &self.frame)
                 };
                 self.splats = made.map_err(|e| wrong(e.to_string()))?;
             }
             (Look::Dots(spacing, colour), VisualState::Particles { position, gradient }) => {
-                let made = dots(position, gradient, *spacing, *colour, &self.frame);
+                let made = lit_dots(position, gradient, *spacing, *colour, &self.light, &self.frame);
                 self.splats = made.map_err(|e| wrong(e.to_string()))?;
             }
             (Look::Smoke(spacing, colour), VisualState::Particles { position, .. }) => {

@@ -3,6 +3,7 @@
 mod dots;
 mod fabric;
 mod light;
+mod shade;
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -12,6 +13,7 @@ use crate::splats::{Axes, Splats, dc_of_colour, logit_of_opacity};
 pub use dots::{dots, puffs};
 pub use fabric::{Fabric, fabric, topological};
 pub use light::{Light, display_of_linear, grained, linear_of_display, lit};
+pub use shade::lit_dots;
 
 /// Standard deviation along the surface, in units of the square root of a sample's area. At 0.6 a lattice of samples
 /// covers its surface without a visible grid.
