@@ -157,10 +157,13 @@ fn the_capture_is_not_changed_and_the_same_seed_adds_the_same() {
     // A rasterizer passes over what has an opacity below 1/255.
     assert!((splats.len()..all.len()).all(|i| all.opacity(i) < 1.0 / 255.0));
     let label = all.extras.iter().find(|e| e.name == LABEL).expect("they are told apart");
-    assert_eq!(label.values.iter().sum::<f64>(), chosen.places.len() as f64);
+    assert_eq!(label.values.iter().sum::<f64>() as usize, chosen.places.len());
     // The probability of the seed, at its ends and between.
     let t = Thinning { full: 0.1, power: 2.0, least: 0.05 };
-    assert_eq!([0.0, 0.05, 0.1, 1.0].map(|d| (t.probability(d) * 1e6).round()), [5e4, 25e4, 1e6, 1e6]);
+    assert_eq!(
+        [0.0, 0.05, 0.1, 1.0].map(|d| (t.probability(d) * 1e6).round() as u32),
+        [50_000, 250_000, 1_000_000, 1_000_000]
+    );
 }
 
 /// Poisson disks: no two nearer than H, and the number that random disks jam at; by number, exactly so many.
