@@ -17,7 +17,7 @@ use crate::vertex::Vertex;
 const GIVEN_BACK: [f64; 2] = [0.1, 0.5];
 /// The same at samples. They are held by what is behind them, which a window does not know: under a load `F` cloth of
 /// mass `m` sinks in by about `F h/m` a second more than they say, and comes to rest where that much is given back.
-const BY_SAMPLES: [f64; 2] = [0.5, 5.0];
+const BY_SAMPLES: [f64; 2] = [0.5, 2.0];
 
 /// Gap up to which a surface that sticks takes hold \[m\].
 pub(crate) const HOLDS: f64 = 1e-6;
