@@ -81,7 +81,11 @@ pub fn contact_terms(name: &str, resolver: &Body, responder: &Body) -> Vec<Term>
         return terms;
     }
     if is_liquid(&resolver.material) {
-        if let Some(seconds) = spacing.and_then(|d| liquid_window_s(&resolver.material, &responder.material, d)) {
+        let layer = responder.spacing_m.or(spacing);
+        let lagged = spacing.zip(layer);
+        if let Some(seconds) =
+            lagged.and_then(|(d, layer)| liquid_window_s(&resolver.material, &responder.material, d, layer))
+        {
             let why = format!("`{name}`: lagged exchange of a liquid with the surface layer of `{}`", responder.name);
             terms.push(Term::new(seconds, why));
         }
@@ -101,11 +105,12 @@ fn is_liquid(material: &Material) -> bool {
     matches!(material, Material::SphLiquid { .. } | Material::MpmLiquid { .. })
 }
 
-/// `0.5 √(σ d / (ρ_f c_f²))` \[s\].
-fn liquid_window_s(liquid: &Material, responder: &Material, spacing_m: f64) -> Option<f64> {
+/// `0.5 √(σ d / (ρ_f c_f²))` \[s\]: the areal mass σ is that of the responder's outermost layer, one of its own spacings
+/// thick.
+fn liquid_window_s(liquid: &Material, responder: &Material, spacing_m: f64, layer_m: f64) -> Option<f64> {
     let areal = match responder {
         Material::Cloth { areal_density_kg_m2, .. } => *areal_density_kg_m2,
-        other => other.density()? * spacing_m,
+        other => other.density()? * layer_m,
     };
     let (rho, c) = (liquid.density()?, liquid.wave_speed_m_s()?);
     Some(LIQUID * (areal * spacing_m / (rho * c * c)).sqrt())
@@ -234,8 +239,11 @@ mod tests {
         };
         let car = Material::Elastic { density_kg_m3: 30.0, youngs_modulus_pa: 2e6, poissons_ratio: 0.22 };
         let c = mud.wave_speed_m_s().unwrap();
-        let w = liquid_window_s(&mud, &car, 0.02).unwrap();
+        let w = liquid_window_s(&mud, &car, 0.02, 0.02).unwrap();
         // By hand: 0.5 √(30·0.02·0.02 / (1000 c²)) = 0.5 · 0.02 √0.03 / c.
         assert!((w - 0.5 * 0.02 * 0.03f64.sqrt() / c).abs() < 1e-12);
+        // A layer of half the mass swings √2 as fast.
+        let finer = liquid_window_s(&mud, &car, 0.02, 0.01).unwrap();
+        assert!((finer * 2f64.sqrt() / w - 1.0).abs() < 1e-12);
     }
 }
