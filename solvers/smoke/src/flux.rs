@@ -153,12 +153,22 @@ pub(crate) fn momentum(grid: &Grid, sides: &Sides, u: &Faces) -> (Wrench, f64, f
     for (a, u) in u.iter().enumerate() {
         let mut axis = [0.0; 3];
         axis[a] = 1.0;
+        // Row by row, then plane by plane: a sum of so many terms would lose digits that its parts have.
+        let (mut row, mut plane, mut last) = (Wrench::default(), Wrench::default(), [0; 3]);
         visit(grid, sides, a, |cell, at| {
+            if cell[1..] != last[1..] {
+                plane = plane.plus(std::mem::take(&mut row));
+            }
+            if cell[2] != last[2] {
+                sum = sum.plus(std::mem::take(&mut plane));
+            }
+            last = cell;
             let p: Vec3 = scale(axis, u[at]);
-            sum = sum.plus(Wrench { linear: p, angular: cross(grid.face(a, cell), p) });
+            row = row.plus(Wrench { linear: p, angular: cross(grid.face(a, cell), p) });
             gross += u[at].abs();
             squares += 0.5 * u[at] * u[at];
         });
+        sum = sum.plus(plane.plus(row));
     }
     (sum, gross, squares)
 }

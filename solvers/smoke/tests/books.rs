@@ -11,7 +11,7 @@ use cosplat_core::scene::Source;
 use cosplat_smoke::Smoke;
 use serde_json::json;
 
-/// Largest part of the largest momentum that may be missing: roundings of faces that are ten thousand times heavier
+/// Largest part of the largest momentum that may be missing: roundings of faces that are a thousand times heavier
 /// than their gas, a thousand of them.
 const ROUNDING: f64 = 1e-12;
 
