@@ -218,7 +218,7 @@ fn rules_of_single_keys() {
         ("plane = [1, 2]", "plane = \"infinite\"", "a body cannot be an infinite plane"),
         ("count = 1000", "count = 0.5", "must be a whole number between 1 and"),
         ("count = 1000", "count = 999999999999999999999999999999999999999999999", "must be a whole number"),
-        ("material = \"rigid\"\nmass = 3", "material = \"rigid\"", "`body[6].material`: key `density` is missing"),
+        ("material = \"rigid\"\nmass = 3", "material = \"rigid\"", "`body[8].material`: key `density` is missing"),
         ("material = \"rigid\"", "material = \"point-mass\"", "a point mass is made of points"),
         ("kinetic_friction = 0.4", "kinetic_friction = 0.7", "is greater than `static_friction`"),
         ("b = \"toy\"", "b = \"rock\"", "cannot be a pair with itself"),
