@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::scene_source::Source;
 
 /// Assets inside this program, by the name that built-in scenes use.
-const BUILT_IN: [(&str, &[u8]); 11] = [
+const BUILT_IN: &[(&str, &[u8])] = &[
     ("assets/plant.v4.spz", include_bytes!("../../scenes/assets/plant.v4.spz")),
     ("assets/chrono_rock1.obj", include_bytes!("../../scenes/assets/chrono_rock1.obj")),
     ("assets/brown-rock.obj", include_bytes!("../../scenes/assets/brown-rock.obj")),
@@ -19,6 +19,7 @@ const BUILT_IN: [(&str, &[u8]); 11] = [
     ("assets/log.obj", include_bytes!("../../scenes/assets/log.obj")),
     ("assets/lunch-bag.obj", include_bytes!("../../scenes/assets/lunch-bag.obj")),
     ("assets/plushie.obj", include_bytes!("../../scenes/assets/plushie.obj")),
+    ("assets/sand-castle.obj", include_bytes!("../../scenes/assets/sand-castle.obj")),
 ];
 
 /// Largest file that is read: larger captures do not fit into memory with what is made of them.
