@@ -109,7 +109,7 @@ fn left_out(estimate: &Estimate, solver: &str) -> LeftOut {
 
 /// The estimate of a solid that may deform.
 fn estimate(scene: &Scene, body: &Body, extent: &impl Fn(&Body) -> Option<[f64; 3]>) -> Option<Estimate> {
-    let (Material::Elastic { density_kg_m3, youngs_modulus_pa, poissons_ratio }
+    let (Material::Elastic { density_kg_m3, youngs_modulus_pa, poissons_ratio, .. }
     | Material::Elastoplastic { density_kg_m3, youngs_modulus_pa, poissons_ratio, .. }) = body.material
     else {
         return None;

@@ -237,7 +237,12 @@ mod tests {
             viscosity_pa_s: 0.1,
             surface_tension_n_m: 0.0,
         };
-        let car = Material::Elastic { density_kg_m3: 30.0, youngs_modulus_pa: 2e6, poissons_ratio: 0.22 };
+        let car = Material::Elastic {
+            density_kg_m3: 30.0,
+            youngs_modulus_pa: 2e6,
+            poissons_ratio: 0.22,
+            viscosity_pa_s: 0.0,
+        };
         let c = mud.wave_speed_m_s().unwrap();
         let w = liquid_window_s(&mud, &car, 0.02, 0.02).unwrap();
         // By hand: 0.5 √(30·0.02·0.02 / (1000 c²)) = 0.5 · 0.02 √0.03 / c.

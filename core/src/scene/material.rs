@@ -33,6 +33,9 @@ pub enum Material {
         youngs_modulus_pa: f64,
         /// Poisson's ratio ν.
         poissons_ratio: f64,
+        /// Dynamic viscosity η beside the elasticity \[Pa s\] (Kelvin and Voigt): what damps its swings. A swing of the
+        /// angular frequency ω loses the part `2π ω η / G` of its energy in a period, G being the shear modulus.
+        viscosity_pa_s: f64,
     },
     /// Isotropic elastic solid with von Mises plasticity.
     Elastoplastic {

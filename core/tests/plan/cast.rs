@@ -55,7 +55,7 @@ pub(crate) const CLOTH: Material = Material::Cloth {
 
 /// An elastic solid of 1000 kg/m³.
 pub(crate) fn elastic(youngs_modulus_pa: f64) -> Material {
-    Material::Elastic { density_kg_m3: 1000.0, youngs_modulus_pa, poissons_ratio: 0.0 }
+    Material::Elastic { density_kg_m3: 1000.0, youngs_modulus_pa, poissons_ratio: 0.0, viscosity_pa_s: 0.0 }
 }
 
 /// A spring of 1 N/m between two bodies.

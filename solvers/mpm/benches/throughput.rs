@@ -200,7 +200,8 @@ fn measure<R: Real>(name: &str, (scene, inputs): &(SolverScene, Inputs)) {
 }
 
 fn main() {
-    let elastic = Material::Elastic { density_kg_m3: 30.0, youngs_modulus_pa: 2e6, poissons_ratio: 0.22 };
+    let elastic =
+        Material::Elastic { density_kg_m3: 30.0, youngs_modulus_pa: 2e6, poissons_ratio: 0.22, viscosity_pa_s: 0.0 };
     let plastic = |yield_stress_pa| Material::Elastoplastic {
         density_kg_m3: 30.0,
         youngs_modulus_pa: 2e6,

@@ -16,7 +16,7 @@ impl Reader<'_> {
     pub(crate) fn law<R: Real>(&mut self, body: &Body) -> Law<R> {
         let lame = body.material.lame();
         match (body.material, lame) {
-            (Material::Elastic { .. }, Some(lame)) => Some(Law::elastic(lame)),
+            (Material::Elastic { viscosity_pa_s, .. }, Some(lame)) => Some(Law::elastic(lame, viscosity_pa_s)),
             (Material::Elastoplastic { yield_stress_pa, .. }, Some(lame)) => {
                 Some(Law::elastoplastic(lame, yield_stress_pa, self.params.norm))
             }
@@ -33,7 +33,7 @@ impl Reader<'_> {
         }
         .unwrap_or_else(|| {
             self.refuse(format!("material {} (body `{}`)", body.material.name(), body.name));
-            Law::elastic(cosplat_core::scene::Lame { lambda_pa: 1.0, mu_pa: 1.0 })
+            Law::elastic(cosplat_core::scene::Lame { lambda_pa: 1.0, mu_pa: 1.0 }, 0.0)
         })
     }
 

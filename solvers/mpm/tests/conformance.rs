@@ -24,7 +24,8 @@ fn solids() -> SolverScene {
         poissons_ratio: 0.22,
         yield_stress_pa: 2e3,
     };
-    let soft = Material::Elastic { density_kg_m3: 500.0, youngs_modulus_pa: 1e5, poissons_ratio: 0.3 };
+    let soft =
+        Material::Elastic { density_kg_m3: 500.0, youngs_modulus_pa: 1e5, poissons_ratio: 0.3, viscosity_pa_s: 0.0 };
     let mut block = parts::body("block", soft, Source::Box { size_m: [0.2, 0.2, 0.1] }, [0.0, 0.0, 0.05]);
     let mut ball = parts::body("ball", can, Source::Sphere { radius_m: 0.06 }, [0.02, 0.01, 0.17]);
     (block.spacing_m, ball.spacing_m) = (Some(0.02), Some(0.02));

@@ -54,7 +54,12 @@ pub(super) const PRESETS: &[Preset] = &[
     },
     preset(
         "wonderplay-elastic",
-        Material::Elastic { density_kg_m3: DENSITY_KG_M3, youngs_modulus_pa: 3e5, poissons_ratio: 0.2 },
+        Material::Elastic {
+            density_kg_m3: DENSITY_KG_M3,
+            youngs_modulus_pa: 3e5,
+            poissons_ratio: 0.2,
+            viscosity_pa_s: 0.0,
+        },
         "No density is printed; 1000 is Genesis's default. The published step of 1 ms at 128 cells a metre is 2.3 \
          times the Courant limit",
     ),

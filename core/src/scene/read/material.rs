@@ -132,7 +132,7 @@ fn defaults(kind: &str, has_mass: bool) -> Values {
             ("stretch_relaxation", 1.0),
             ("bending_relaxation", 1.0),
         ]),
-        "mpm-liquid" | "smoke" => Values::from([("viscosity", 0.0)]),
+        "elastic" | "mpm-liquid" | "smoke" => Values::from([("viscosity", 0.0)]),
         _ => Values::new(),
     }
 }
@@ -144,8 +144,8 @@ fn parameters(material: &Material) -> Values {
         Material::Rigid { density_kg_m3: density, friction } => {
             Values::from([("density", density), ("friction", friction)])
         }
-        Material::Elastic { density_kg_m3, youngs_modulus_pa, poissons_ratio } => {
-            solid(density_kg_m3, youngs_modulus_pa, poissons_ratio, &[])
+        Material::Elastic { density_kg_m3, youngs_modulus_pa, poissons_ratio, viscosity_pa_s } => {
+            solid(density_kg_m3, youngs_modulus_pa, poissons_ratio, &[("viscosity", viscosity_pa_s)])
         }
         Material::Elastoplastic { density_kg_m3, youngs_modulus_pa, poissons_ratio, yield_stress_pa } => {
             solid(density_kg_m3, youngs_modulus_pa, poissons_ratio, &[("yield_stress", yield_stress_pa)])
@@ -237,6 +237,7 @@ fn of_kind(kind: &str, numbers: &Numbers<'_, '_>) -> Option<Material> {
             density_kg_m3: density(),
             youngs_modulus_pa: youngs_modulus(),
             poissons_ratio: poissons_ratio(),
+            viscosity_pa_s: get("viscosity", Limits::not_negative("Pa s")),
         },
         "elastoplastic" => Material::Elastoplastic {
             density_kg_m3: density(),

@@ -10,8 +10,8 @@ use cosplat_splat::Splats;
 use cosplat_splat::close::{Chosen, Closed, Pruning, Settings, Thinning, reconstruct, transparent};
 use serde::Serialize;
 
-use super::output::{Output, axes_of, free, write};
 use super::look::vector;
+use super::output::{Output, axes_of, free, write};
 use super::statistics::Extent;
 use super::{put, read};
 use crate::cli::Format;
@@ -297,8 +297,7 @@ mod tests {
         assert!((b - a).cross(&(c - a)).y < 0.0, "its free side is up, which is -y here");
         let (before, after) = (read_file(&at("a.ply")).unwrap().splats, read_file(&at("b.ply")).unwrap().splats);
         assert_eq!(after.len(), before.len() + done.added);
-        let view =
-            camera(&LookArgs::of_size([160, 120]), &before, &Extent::visible(&before).unwrap()).view().unwrap();
+        let view = camera(&LookArgs::of_size([160, 120]), &before, &Extent::visible(&before).unwrap()).view().unwrap();
         let [old, new] = [&before, &after].map(|s| render(&[borrowed(s)], &view, &Options::default()).rgba);
         assert!(old == new, "to the bit");
         // The same from a file with other axes, and nothing is replaced unasked.

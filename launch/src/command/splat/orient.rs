@@ -8,8 +8,8 @@ use cosplat_splat::{Axes, Similarity, SimilarityError, Splats};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use serde::Serialize;
 
-use super::output::{Output, axes_of, free, write};
 use super::look::vector;
+use super::output::{Output, axes_of, free, write};
 use super::read;
 use super::statistics::{Extent, VISIBLE};
 use crate::cli::Format;

@@ -2,9 +2,9 @@
 //!
 //! The volume ratio J is stored as the isotropic strain `B = (J^(2/3) - 1) I`. What a liquid is drawn apart is a gap, as in
 //! sand: no tension holds it, and the gap closes before there is pressure again. The state equation is Tait's with the
-//! exponent of Becker and Teschner, "Weakly compressible SPH for free surface flows" (2007); the viscosity η is Newton's,
-//! in Pa s, so that no result depends on it through the length of a step.
+//! exponent of Becker and Teschner, "Weakly compressible SPH for free surface flows" (2007); the viscosity η is Newton's.
 
+use super::viscous::Viscosity;
 use super::{Returned, Room};
 use crate::math::{Full, Sym, all, exp_m1, full_det_minus_one, ln_1p};
 use crate::real::{Lanes, Real};
@@ -15,18 +15,14 @@ use cosplat_core::scene::TAIT_EXPONENT;
 pub(crate) struct Liquid<R: Real> {
     /// K \[Pa\].
     pub(super) bulk: f64,
-    /// η \[Pa s\].
-    pub(super) viscosity: f64,
+    pub(super) viscosity: Viscosity<R>,
     /// K / 7.
     stiffness: R::V,
-    /// 2 η.
-    twice_viscosity: R::V,
 }
 
 impl<R: Real> Liquid<R> {
     pub(super) fn new(bulk: f64, viscosity: f64) -> Self {
-        let (stiffness, twice_viscosity) = (all::<R>(bulk / TAIT_EXPONENT), all::<R>(2.0 * viscosity));
-        Self { bulk, viscosity, stiffness, twice_viscosity }
+        Self { bulk, viscosity: Viscosity::new(viscosity), stiffness: all::<R>(bulk / TAIT_EXPONENT) }
     }
 
     /// `J = (1 + β)^(3/2)`.
@@ -41,31 +37,17 @@ impl<R: Real> Liquid<R> {
     pub(super) fn stress(&self, b: &Sym<R>, c: &Full<R>) -> Sym<R> {
         let volume = Self::volume(b[0]);
         let pressure = R::V::default() - volume * self.stiffness * over_pressure::<R>(b[0]);
-        if self.viscosity <= 0.0 {
+        if !self.viscosity.acts() {
             let zero = R::V::default();
             return [pressure, pressure, pressure, zero, zero, zero];
         }
-        let eta = volume * self.twice_viscosity;
-        let half = eta * all::<R>(0.5);
-        let on = pressure - eta * (c[0][0] + c[1][1] + c[2][2]) * all::<R>(1.0 / 3.0);
-        [
-            on + eta * c[0][0],
-            on + eta * c[1][1],
-            on + eta * c[2][2],
-            half * (c[0][1] + c[1][0]),
-            half * (c[0][2] + c[2][0]),
-            half * (c[1][2] + c[2][1]),
-        ]
+        let [xx, yy, zz, xy, xz, yz] = self.viscosity.stress(volume, c);
+        [pressure + xx, pressure + yy, pressure + zz, xy, xz, yz]
     }
 
-    /// Power that viscosity takes per volume at rest \[W/m³\]: `2 η J |dev(sym C)|²`.
+    /// Power that viscosity takes per volume at rest \[W/m³\].
     pub(super) fn heat(&self, b: &Sym<R>, c: &Full<R>) -> R::V {
-        let mean = (c[0][0] + c[1][1] + c[2][2]) * all::<R>(1.0 / 3.0);
-        let on = [c[0][0] - mean, c[1][1] - mean, c[2][2] - mean];
-        let off = [c[0][1] + c[1][0], c[0][2] + c[2][0], c[1][2] + c[2][1]];
-        let sum = on[0] * on[0] + on[1] * on[1] + on[2] * on[2];
-        let shear = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
-        (sum + shear * all::<R>(0.5)) * self.twice_viscosity * Self::volume(b[0])
+        self.viscosity.heat(Self::volume(b[0]), c)
     }
 
     /// `J ← J det(I + L)`, as the particles' places move.

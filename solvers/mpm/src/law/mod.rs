@@ -11,15 +11,17 @@ mod snow;
 mod solid;
 #[cfg(test)]
 mod tests;
+mod viscous;
 
 use cosplat_core::scene::Lame;
 
-use crate::math::{Full, Sym, all, congruence, eigen, from_eigen, ln_1p};
+use crate::math::{Full, Sym, all, congruence, det_minus_one, eigen, from_eigen, ln_1p};
 use crate::real::{Lanes, Real};
 use liquid::Liquid;
 use sand::Sand;
 use snow::Snow;
 use solid::{Moduli, VonMises};
+use viscous::Viscosity;
 
 /// Which norm of the stress is compared with the yield stress.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -76,7 +78,7 @@ pub(crate) struct Returned<R: Real> {
 /// Material of one body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Law<R: Real> {
-    /// Neo-Hookean.
+    /// Neo-Hookean, with or without viscosity.
     Elastic(Elastic<R>),
     /// Hencky with von Mises plasticity.
     VonMises(VonMises<R>),
@@ -88,14 +90,14 @@ pub(crate) enum Law<R: Real> {
     Snow(Snow<R>),
 }
 
-/// Neo-Hookean solid.
+/// Neo-Hookean solid, with a viscosity beside it: Kelvin and Voigt.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Elastic<R: Real>(Moduli<R>);
+pub(crate) struct Elastic<R: Real>(Moduli<R>, Viscosity<R>);
 
 impl<R: Real> Law<R> {
-    /// Neo-Hookean solid.
-    pub(crate) fn elastic(lame: Lame) -> Self {
-        Self::Elastic(Elastic(Moduli::new(lame)))
+    /// Neo-Hookean solid of a viscosity \[Pa s\].
+    pub(crate) fn elastic(lame: Lame, viscosity: f64) -> Self {
+        Self::Elastic(Elastic(Moduli::new(lame), Viscosity::new(viscosity)))
     }
 
     /// Hencky solid with von Mises plasticity.
@@ -141,7 +143,7 @@ impl<R: Real> Law<R> {
     #[inline]
     pub(crate) fn stress(&self, b: &Sym<R>, past: R::V, c: &Full<R>) -> Sym<R> {
         match self {
-            Self::Elastic(elastic) => elastic.0.neo_hookean(b),
+            Self::Elastic(elastic) => elastic.stress(b, c),
             Self::VonMises(metal) => metal.solid.hencky(b),
             Self::Sand(sand) => sand.solid.hencky(b),
             Self::Liquid(liquid) => liquid.stress(b, c),
@@ -170,14 +172,19 @@ impl<R: Real> Law<R> {
     /// Power that viscosity takes per volume at rest \[W/m³\], where there is any.
     pub(crate) fn heat(&self, b: &Sym<R>, c: &Full<R>) -> Option<R::V> {
         match self {
-            Self::Liquid(liquid) if liquid.viscosity > 0.0 => Some(liquid.heat(b, c)),
+            Self::Liquid(liquid) if liquid.viscosity.acts() => Some(liquid.heat(b, c)),
+            Self::Elastic(Elastic(_, viscosity)) if viscosity.acts() => Some(viscosity.heat(volume::<R>(b), c)),
             _ => None,
         }
     }
 
     /// Dynamic viscosity \[Pa s\].
     pub(crate) fn viscosity(&self) -> f64 {
-        if let Self::Liquid(liquid) = self { liquid.viscosity } else { 0.0 }
+        match self {
+            Self::Liquid(liquid) => liquid.viscosity.eta,
+            Self::Elastic(Elastic(_, viscosity)) => viscosity.eta,
+            Self::VonMises(_) | Self::Sand(_) | Self::Snow(_) => 0.0,
+        }
     }
 
     /// Energy per volume at rest \[J/m³\] of one particle.
@@ -219,6 +226,24 @@ impl<R: Real> Law<R> {
         let new = from_eigen::<R>(&clamped, &u);
         ([0, 1, 2, 3, 4, 5].map(|i| R::V::if_less(R::V::default(), flag, new[i], b[i])), count)
     }
+}
+
+impl<R: Real> Elastic<R> {
+    #[inline]
+    fn stress(&self, b: &Sym<R>, c: &Full<R>) -> Sym<R> {
+        let elastic = self.0.neo_hookean(b);
+        if !self.1.acts() {
+            return elastic;
+        }
+        let viscous = self.1.stress(volume::<R>(b), c);
+        [0, 1, 2, 3, 4, 5].map(|i| elastic[i] + viscous[i])
+    }
+}
+
+/// `J = √det(I + B)`.
+#[inline]
+fn volume<R: Real>(b: &Sym<R>) -> R::V {
+    (all::<R>(1.0) + det_minus_one::<R>(b)).max(R::V::default()).sqrt()
 }
 
 /// What the grid shows around four particles.

@@ -37,7 +37,7 @@ fn yields_at_the_yield_stress_or_at_that_of_the_seed() {
 #[test]
 fn small_strains_obey_hooke() {
     let lame = Lame::from_young_poisson(2e6, 0.22);
-    for law in [Law::<f64>::elastic(lame), Law::elastoplastic(lame, 3e6, YieldNorm::Physical)] {
+    for law in [Law::<f64>::elastic(lame, 0.0), Law::elastoplastic(lame, 3e6, YieldNorm::Physical)] {
         let stress = uniaxial(&law, 1e-5, 1);
         // Second order in a strain of 1e-5.
         assert!((stress / (2e6 * 1e-5) - 1.0).abs() < 3e-5, "{stress}");
@@ -51,7 +51,7 @@ fn energy_is_the_work_of_the_stress() {
     let b = [0.2, -0.1, 0.05, 0.07, -0.03, 0.02];
     let d = [[0.3, 0.1, -0.2], [0.1, -0.4, 0.15], [-0.2, 0.15, 0.25]];
     for (law, past) in [
-        (Law::<f64>::elastic(lame), 0.0),
+        (Law::<f64>::elastic(lame, 0.0), 0.0),
         (Law::elastoplastic(lame, 1e9, YieldNorm::Physical), 0.0),
         (Law::sand(lame, 30.0, 0.0, Cone::Shear), 0.0),
         (Law::snow(lame, cosplat_core::scene::SNOW), 0.9),
@@ -68,4 +68,30 @@ fn energy_is_the_work_of_the_stress() {
         let found = (at(1e-5) - at(-1e-5)) / 2e-5;
         assert!((found / power - 1.0).abs() < 1e-7, "{found} instead of {power}");
     }
+}
+
+#[test]
+fn viscosity_of_a_solid_is_a_stress_of_its_own_that_takes_the_power_it_resists() {
+    let law = Law::<f64>::elastic(Lame::from_young_poisson(1e5, 0.3), 7.0);
+    let b = [0.2, -0.1, 0.05, 0.07, -0.03, 0.02].map(all::<f64>);
+    let c = [[0.3, 0.1, -0.2], [0.1, -0.4, 0.15], [-0.2, 0.15, 0.25]];
+    let lanes = c.map(|r| r.map(all::<f64>));
+    let [moving, still] = [&lanes, &STILL].map(|c| law.stress(&b, NONE, c).map(|v| v.to_array()[0]));
+    let t: Vec<f64> = moving.iter().zip(still).map(|(a, b)| a - b).collect();
+    let power =
+        t[0] * c[0][0] + t[1] * c[1][1] + t[2] * c[2][2] + 2.0 * (t[3] * c[0][1] + t[4] * c[0][2] + t[5] * c[1][2]);
+    let heat = law.heat(&b, &lanes).unwrap().to_array()[0];
+    // Sums in f64 of stresses of 1e4 Pa that nearly cancel.
+    assert!(
+        (power / heat - 1.0).abs() < 1e-9 && (t[0] + t[1] + t[2]).abs() < 1e-9 * power.abs().max(1.0),
+        "{power} {heat}"
+    );
+    // 2 η J |dev D|²: J² = det(I + B).
+    let mean = 0.05;
+    let on: f64 = [0.3, -0.4, 0.25].iter().map(|d: &f64| (d - mean).powi(2)).sum();
+    let square = on + 2.0 * (0.1_f64.powi(2) + 0.2_f64.powi(2) + 0.15_f64.powi(2));
+    let j = (1.0 + det_minus_one::<f64>(&b).to_array()[0]).sqrt();
+    assert!((heat / (14.0 * j * square) - 1.0).abs() < 1e-12, "{heat}");
+    assert!((law.viscosity() - 7.0).abs() < 1e-15);
+    assert!(Law::<f64>::elastic(Lame::from_young_poisson(1e5, 0.3), 0.0).heat(&b, &lanes).is_none());
 }

@@ -15,7 +15,7 @@ use cosplat_mpm::{Mpm, Real};
 pub(crate) const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
 pub(crate) fn elastic(density_kg_m3: f64, youngs_modulus_pa: f64, poissons_ratio: f64) -> Material {
-    Material::Elastic { density_kg_m3, youngs_modulus_pa, poissons_ratio }
+    Material::Elastic { density_kg_m3, youngs_modulus_pa, poissons_ratio, viscosity_pa_s: 0.0 }
 }
 
 pub(crate) fn body(name: &str, material: Material, source: Source, at: [f64; 3], spacing_m: f64) -> Body {
