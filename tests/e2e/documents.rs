@@ -110,6 +110,9 @@ fn needs(line: &str) -> Option<&'static str> {
     if line.contains("--resume") {
         return Some("cosplat run my-scene.toml --quiet --checkpoint-every 0.5");
     }
+    if line.contains("out/NAME/splats") {
+        return Some("mkdir -p out/NAME/splats; for n in 10 11; do cp plant.ply out/NAME/splats/frame_00$n.ply; done");
+    }
     line.contains("first.toml").then_some("rm -f first.toml && cosplat new first")
 }
 

@@ -30,10 +30,10 @@ fn the_map_of_extreme_settings_has_no_silent_failure() {
     let found = answer(&study(place.path(), &["stability", "--only", "courant,liquid-of-points"]), 0);
     let behaviours = words(&found, "map", "behaviour");
     assert!(behaviours.len() == 8, "{behaviours:?}");
-    assert!(behaviours.contains(&"correct") && behaviours.contains(&"refused"), "{behaviours:?}");
-    // No material of the second seed's liquid is known to the solver: it is refused by name.
-    let refused = found["map"].as_array().expect("a map").iter().find(|f| f["case"] == "liquid-of-points");
-    assert!(refused.is_some_and(|f| f["says"].as_str().is_some_and(|says| says.contains("mpm"))), "{refused:?}");
+    assert!(behaviours.contains(&"correct") && behaviours.contains(&"degraded"), "{behaviours:?}");
+    // The second seed's liquid at its published step: the solver takes shorter ones and keeps what it should.
+    let mut liquid = found["map"].as_array().expect("a map").iter().filter(|f| f["case"] == "liquid-of-points");
+    assert!(liquid.all(|f| f["behaviour"] == "correct"), "{found}");
     let page = fs::read_to_string(place.path().join("result/stability.html")).expect("there is a page");
     assert!(page.contains("fails in silence"), "the page says what was found");
     let table = fs::read_to_string(place.path().join("result/stability.csv")).expect("there is a table");

@@ -103,7 +103,7 @@ fn endings_of_two_words_are_known() {
     assert_eq!((of("a/b.txt").as_deref(), of("a/b"), of(".ply").as_deref()), (Some("txt"), None, Some("ply")));
     let error = encode(&Splats::default(), Some("compressed.ply")).unwrap_err();
     assert_eq!(error.fault, Fault::Unsupported);
-    assert_eq!(error.advice, "use one of `.ply`, `.spz`");
+    assert_eq!(error.advice, "use one of `.ply`, `.spz`, `.glb`");
     assert_eq!(format::of(&chunked_ply(1, 0, true, 1), Some("ply")).unwrap().name, "compressed ply");
 }
 

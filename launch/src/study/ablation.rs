@@ -80,13 +80,14 @@ pub(crate) fn decisions(scene: &Scene, summary: &Summary) -> Vec<Decision> {
             found.push(Decision { set, ..decision("self-collision", "cloth passes through itself", &[], false) });
         }
     }
-    if scene.pairs.is_empty() {
+    // Without its striker a body may be rigid enough: that is another decision, which must stay as it is.
+    if scene.pairs.is_empty() && !has("deformation of body") {
         let idle = summary.interfaces.iter().filter(|i| i.kind == "contact" && i.gross_impulse == 0.0);
         found.extend(idle.map(|i| {
             let pair = format!("[{{ a = \"{}\", b = \"{}\", enabled = false }}]", i.a, i.b);
             let instead = format!("`{}` and `{}`, which never met, do not exchange", i.a, i.b);
             Decision {
-                set: vec![("pair".into(), pair)],
+                set: vec![("pair".into(), pair), ("run.rigidify".into(), "false".into())],
                 ..decision(&format!("pair-{}-{}", i.a, i.b), &instead, &[], true)
             }
         }));

@@ -57,10 +57,10 @@ mod tests {
         for k in -2..10 {
             for j in -2..18 {
                 for i in -2..18 {
-                    for a in 0..2 {
+                    for (a, u) in u.iter_mut().take(2).enumerate() {
                         let x = grid.face(a, [i, j, k]);
                         let whirl = (-(x[0] * x[0] + x[1] * x[1]) / 0.04).exp();
-                        u[a][grid.at([i, j, k])] = if a == 0 { -x[1] * whirl } else { x[0] * whirl };
+                        u[grid.at([i, j, k])] = if a == 0 { -x[1] * whirl } else { x[0] * whirl };
                     }
                 }
             }

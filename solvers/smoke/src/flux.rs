@@ -71,7 +71,7 @@ pub(crate) fn acceleration(grid: &Grid, t: &Tensor, a: usize, at: usize) -> f64 
 }
 
 /// Visits the free faces of component `a`, row by row: `each(cell, number)`.
-pub(crate) fn visit(grid: &Grid, sides: &Sides, a: usize, mut each: impl FnMut([isize; 3], usize)) {
+pub(crate) fn visit(grid: &Grid, sides: Sides, a: usize, mut each: impl FnMut([isize; 3], usize)) {
     let mut range = grid.n.map(|n| [0, n as isize - 1]);
     range[a] = free(grid, sides, a);
     for z in range[2][0]..=range[2][1] {
@@ -87,7 +87,7 @@ pub(crate) fn visit(grid: &Grid, sides: &Sides, a: usize, mut each: impl FnMut([
 /// \[m²/s²\].
 ///
 /// Between free faces all entries cancel, so only those at the sides are summed.
-pub(crate) fn across_sides(grid: &Grid, sides: &Sides, t: &Tensor) -> Wrench {
+pub(crate) fn across_sides(grid: &Grid, sides: Sides, t: &Tensor) -> Wrench {
     let mut sum = Wrench::default();
     let all = grid.n.map(|n| n as isize);
     let is_free = |a: usize, c: [isize; 3]| {
@@ -148,7 +148,7 @@ pub(crate) fn across_sides(grid: &Grid, sides: &Sides, t: &Tensor) -> Wrench {
 
 /// Momentum of the free faces per density and volume of a cell, and its moment about the origin, with the sum of sizes
 /// and half the sum of squares \[m/s, m²/s, m/s, m²/s²\].
-pub(crate) fn momentum(grid: &Grid, sides: &Sides, u: &Faces) -> (Wrench, f64, f64) {
+pub(crate) fn momentum(grid: &Grid, sides: Sides, u: &Faces) -> (Wrench, f64, f64) {
     let (mut sum, mut gross, mut squares) = (Wrench::default(), 0.0, 0.0);
     for (a, u) in u.iter().enumerate() {
         let mut axis = [0.0; 3];

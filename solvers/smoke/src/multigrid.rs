@@ -174,7 +174,9 @@ impl Multigrid {
                 let first = z * self.levels[0].s[2] + row;
                 let end = first + self.levels[0].n[0];
                 let Level { x, b, other, .. } = &mut self.levels[0];
-                [x, b, other, &mut self.ap, &mut self.r].into_iter().for_each(|all| all[first..end].fill(value));
+                for all in [x, b, other, &mut self.ap, &mut self.r] {
+                    all[first..end].fill(value);
+                }
             }
         }
     }

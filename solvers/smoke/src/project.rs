@@ -9,7 +9,7 @@ use crate::sides::{Side, Sides, free};
 /// Sets `out` on the free faces of component `a` to what `value(number)` says.
 pub(crate) fn set_free(
     grid: &Grid,
-    sides: &Sides,
+    sides: Sides,
     a: usize,
     out: &mut [f64],
     parallel: bool,
@@ -43,7 +43,7 @@ pub(crate) fn lower(grid: &Grid, at: usize) -> usize {
 /// What a projection is made of.
 pub(crate) struct Projection<'a> {
     pub(crate) grid: &'a Grid,
-    pub(crate) sides: &'a Sides,
+    pub(crate) sides: Sides,
     /// Mass of solids over that of the gas, and its product with their velocity \[m/s\].
     pub(crate) ratio: &'a Faces,
     pub(crate) pull: &'a Faces,

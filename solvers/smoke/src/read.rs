@@ -232,9 +232,9 @@ fn settle(body: &Body, model: &mut Model, store: &mut Store) {
         model.source = cells.map(|c| grid.at(c.map(|i| i as isize))).filter(|&at| store.c[at] > SOURCE).collect();
         if let Some(jet) = model.params.jet {
             let mut faces = Vec::new();
-            for a in 0..3 {
-                crate::flux::visit(&grid, &model.sides, a, |cell, at| {
-                    if filled[a][at] > SOURCE {
+            for (a, filled) in filled.iter().enumerate() {
+                crate::flux::visit(&grid, model.sides, a, |cell, at| {
+                    if filled[at] > SOURCE {
                         faces.push((a, cell));
                     }
                 });

@@ -13,7 +13,7 @@ use crate::store::Store;
 /// has none of its own.
 pub(crate) fn state(model: &Model, store: &Store, t: f64) -> (BodyState, Energy) {
     let mass = model.cell_mass();
-    let (all, gross, squares) = momentum(&model.grid, &model.sides, &store.u);
+    let (all, gross, squares) = momentum(&model.grid, model.sides, &store.u);
     let count = store.x.len().max(1) as f64;
     let mean = |sum: Vec3| scale(sum, 1.0 / count);
     let place = mean(store.x.iter().fold([0.0; 3], |s, &x| add(s, x)));

@@ -26,10 +26,9 @@ pub(crate) fn carry(grid: &Grid, u: &Faces, c: &[f64], dt: f64, out: &mut [f64],
             for x in 2..grid.n[0] + 2 {
                 let at = plane * grid.s[2] + y * grid.s[1] + x;
                 let mut sum = 0.0;
-                for a in 0..3 {
-                    let s = grid.s[a];
+                for (&s, u) in grid.s.iter().zip(u) {
                     let flux = |at: usize| {
-                        let v = u[a][at];
+                        let v = u[at];
                         let value = if v > 0.0 {
                             limited(c[at - 2 * s], c[at - s], c[at])
                         } else {
@@ -71,7 +70,7 @@ mod tests {
                 }
             }
         }
-        pad_velocity(&grid, &sides, [0.0; 3], &mut u);
+        pad_velocity(&grid, sides, [0.0; 3], &mut u);
         let mut c = grid.field();
         for k in 0..8 {
             for j in 4..9 {
@@ -87,9 +86,9 @@ mod tests {
         let before = total(&c);
         let (mut one, mut two) = (grid.field(), grid.field());
         for _ in 0..100 {
-            pad_field(&grid, &sides, &u, &mut c);
+            pad_field(&grid, sides, &u, &mut c);
             carry(&grid, &u, &c, 0.02, &mut one, false);
-            pad_field(&grid, &sides, &u, &mut one);
+            pad_field(&grid, sides, &u, &mut one);
             carry(&grid, &u, &one, 0.02, &mut two, false);
             mean(&mut c, &two);
         }

@@ -36,7 +36,7 @@ pub(crate) fn sides(open: [[bool; 2]; 3], ambient: Vec3) -> Sides {
 }
 
 /// Indices of the faces along `axis` whose velocity is unknown, first and last; faces of walls and inlets are known.
-pub(crate) fn free(grid: &Grid, sides: &Sides, axis: usize) -> [isize; 2] {
+pub(crate) fn free(grid: &Grid, sides: Sides, axis: usize) -> [isize; 2] {
     let n = grid.n[axis] as isize;
     let is_open = |end: usize| isize::from(sides[axis][end] == Side::Open);
     [1 - is_open(0), n - 1 + is_open(1)]
@@ -57,12 +57,11 @@ fn layer(grid: &Grid, axis: usize, index: isize) -> impl Iterator<Item = usize> 
 }
 
 /// Sets what lies on and beyond the sides of a velocity \[m/s\].
-pub(crate) fn pad_velocity(grid: &Grid, sides: &Sides, ambient: Vec3, u: &mut Faces) {
+pub(crate) fn pad_velocity(grid: &Grid, sides: Sides, ambient: Vec3, u: &mut Faces) {
     for a in 0..3 {
         let n = grid.n[a] as isize;
-        for end in 0..2 {
+        for (end, side) in sides[a].into_iter().enumerate() {
             let (out, step) = if end == 0 { (-1, -1) } else { (n, 1) };
-            let side = sides[a][end];
             let wall = if end == 0 { 0 } else { n };
             let s = grid.s[a];
             // Faces across this side: on it, and beyond.
@@ -104,16 +103,16 @@ pub(crate) fn pad_velocity(grid: &Grid, sides: &Sides, ambient: Vec3, u: &mut Fa
 }
 
 /// Sets what lies beyond the sides of a concentration: none comes in.
-pub(crate) fn pad_field(grid: &Grid, sides: &Sides, u: &Faces, c: &mut [f64]) {
+pub(crate) fn pad_field(grid: &Grid, sides: Sides, u: &Faces, c: &mut [f64]) {
     for a in 0..3 {
         let n = grid.n[a] as isize;
-        for end in 0..2 {
+        for (end, side) in sides[a].into_iter().enumerate() {
             let s = grid.s[a];
             for at in layer(grid, a, if end == 0 { -1 } else { n }) {
                 let (next, within, face) = if end == 0 { (at - s, at + s, at + s) } else { (at + s, at - s, at) };
                 let within_2 = if end == 0 { at + 2 * s } else { at - 2 * s };
                 let across = if end == 0 { -u[a][face] } else { u[a][face] };
-                (c[at], c[next]) = match sides[a][end] {
+                (c[at], c[next]) = match side {
                     Side::Closed => (c[within], c[within_2]),
                     Side::Open if across >= 0.0 => (c[within], c[within]),
                     Side::Open | Side::Inlet => (0.0, 0.0),
@@ -135,6 +134,6 @@ mod tests {
         assert_eq!(found[1], [Side::Closed, Side::Open], "without a way out the pressure decides");
         assert_eq!(found[2], [Side::Open, Side::Open]);
         let grid = Grid::new([0.0; 3], [8; 3], 0.1);
-        assert_eq!([0, 1, 2].map(|a| free(&grid, &found, a)), [[1, 8], [1, 8], [0, 8]]);
+        assert_eq!([0, 1, 2].map(|a| free(&grid, found, a)), [[1, 8], [1, 8], [0, 8]]);
     }
 }

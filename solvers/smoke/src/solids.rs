@@ -170,7 +170,7 @@ impl Solids {
 
     /// Books what each solid gave to gas that now has velocity `u`, with the rounding `slack` of the projection; `mass`
     /// \[kg\] is that of the gas in a cell.
-    pub(crate) fn book(&mut self, grid: &Grid, sides: &Sides, u: &Faces, slack: &Faces, mass: f64, dt: f64) {
+    pub(crate) fn book(&mut self, grid: &Grid, sides: Sides, u: &Faces, slack: &Faces, mass: f64, dt: f64) {
         let ranges = [0, 1, 2].map(|a| free(grid, sides, a));
         for f in &mut self.filled {
             let (mut all, mut gross, mut work) = (Wrench::default(), 0.0, 0.0);

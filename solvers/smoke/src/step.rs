@@ -119,7 +119,7 @@ pub(crate) fn stable(model: &Model, speeds: Vec3, gravity: Vec3) -> (f64, String
 }
 
 /// Wrench of accelerations of the free faces, per mass of a cell.
-fn wrench(grid: &Grid, sides: &Sides, f: &Faces) -> Wrench {
+fn wrench(grid: &Grid, sides: Sides, f: &Faces) -> Wrench {
     let mut sum = Wrench::default();
     for (a, f) in f.iter().enumerate() {
         visit(grid, sides, a, |cell, at| {
@@ -187,9 +187,11 @@ impl Course<'_> {
         let Scratch { multigrid, tensor, guess, body, first, second, q, b } = &mut **scratch;
 
         // A first guess of the velocity at the end.
-        pad_velocity(grid, &sides, ambient, &mut store.u);
-        pad_field(grid, &sides, &store.u, &mut store.c);
-        tensor.iter_mut().for_each(|t| t.fill(0.0));
+        pad_velocity(grid, sides, ambient, &mut store.u);
+        pad_field(grid, sides, &store.u, &mut store.c);
+        for t in tensor.iter_mut() {
+            t.fill(0.0);
+        }
         add_tensor(grid, &store.u, model.nu, 0.5, tensor, parallel);
         let pushed = (model.params.confinement > 0.0).then(|| confine(grid, &store.u, model.params.confinement));
         let by = dt / grid.h;
@@ -197,33 +199,33 @@ impl Course<'_> {
         for a in 0..3 {
             let (c, s, u) = (&store.c, grid.s[a], &store.u[a]);
             let pushed = pushed.as_ref().map(|f| &f[a]);
-            set_free(grid, &sides, a, &mut body[a], parallel, &|at| {
+            set_free(grid, sides, a, &mut body[a], parallel, &|at| {
                 lift[a] * (c[at] + c[at - s]) + pushed.map_or(0.0, |f| f[at])
             });
             let body = &body[a];
-            set_free(grid, &sides, a, &mut guess[a], parallel, &|at| {
+            set_free(grid, sides, a, &mut guess[a], parallel, &|at| {
                 u[at] + dt * (2.0 * acceleration(grid, tensor, a, at) + body[at])
             });
         }
         let (tolerance, most) = (model.params.divergence, model.params.iterations);
-        let projection = Projection { grid, sides: &sides, ratio: &solids.ratio, pull: &solids.pull, most, parallel };
+        let projection = Projection { grid, sides, ratio: &solids.ratio, pull: &solids.pull, most, parallel };
         projection.prepare(multigrid);
         q.iter_mut().zip(&store.pressure).for_each(|(q, p)| *q = by * p);
         let (rough, _) = projection.solve(ROUGH * tolerance, guess, q, b, multigrid, None);
         books.iterations += rough.iterations;
-        pad_velocity(grid, &sides, ambient, guess);
+        pad_velocity(grid, sides, ambient, guess);
 
         // Heun's rule: the mean of what both velocities carry.
         first.clone_from(&store.c);
         carry(grid, &store.u, &store.c, dt, first, parallel);
-        pad_field(grid, &sides, guess, first);
+        pad_field(grid, sides, guess, first);
         second.clone_from(first);
         carry(grid, guess, first, dt, second, parallel);
         add_tensor(grid, guess, model.nu, 0.5, tensor, parallel);
         for a in 0..3 {
             let (c, then, s) = (&store.c, &*first, grid.s[a]);
             let pushed = pushed.as_ref().map(|f| &f[a]);
-            set_free(grid, &sides, a, &mut body[a], parallel, &|at| {
+            set_free(grid, sides, a, &mut body[a], parallel, &|at| {
                 let both = c[at] + c[at - s] + then[at] + then[at - s];
                 0.5 * lift[a] * both + pushed.map_or(0.0, |f| f[at])
             });
@@ -234,21 +236,21 @@ impl Course<'_> {
         store.u.clone_from(guess);
         for a in 0..3 {
             let (u, body) = (&before[a], &body[a]);
-            set_free(grid, &sides, a, &mut store.u[a], parallel, &|at| {
+            set_free(grid, sides, a, &mut store.u[a], parallel, &|at| {
                 u[at] + dt * (acceleration(grid, tensor, a, at) + body[at])
             });
         }
 
         let mass = model.cell_mass();
-        let convected = scaled(across_sides(grid, &sides, tensor), mass * by);
-        let pushed = scaled(wrench(grid, &sides, body), mass * dt);
+        let convected = scaled(across_sides(grid, sides, tensor), mass * by);
+        let pushed = scaled(wrench(grid, sides, body), mass * dt);
         let (solved, limit) = projection.solve(tolerance, &mut store.u, q, b, multigrid, Some(guess));
         store.pressure.iter_mut().zip(&*q).for_each(|(p, q)| *p = q / by);
         let walls = scaled(projection.of_walls(q), mass);
         books.external = books.external.plus(convected).plus(pushed).plus(walls);
         books.take(solved, limit, tolerance);
-        solids.book(grid, &sides, &store.u, guess, mass, dt);
-        pad_velocity(grid, &sides, ambient, &mut store.u);
+        solids.book(grid, sides, &store.u, guess, mass, dt);
+        pad_velocity(grid, sides, ambient, &mut store.u);
         drift(model, &before, &store.u, &mut store.x, now, dt, parallel);
     }
 }
@@ -269,11 +271,11 @@ pub(crate) fn begin(model: &Model, store: &mut Store, scratch: &mut Scratch) {
     let mut solids = Solids { filled: model.fixed.clone(), ..Solids::default() };
     solids.place(grid);
     solids.pull(grid);
-    pad_velocity(grid, &sides, ambient, &mut store.u);
+    pad_velocity(grid, sides, ambient, &mut store.u);
     let (ratio, pull, most) = (&solids.ratio, &solids.pull, model.params.iterations);
-    let projection = Projection { grid, sides: &sides, ratio, pull, most, parallel: false };
+    let projection = Projection { grid, sides, ratio, pull, most, parallel: false };
     projection.prepare(&mut scratch.multigrid);
     let tolerance = model.params.divergence;
     projection.solve(tolerance, &mut store.u, &mut scratch.q, &mut scratch.b, &mut scratch.multigrid, None);
-    pad_velocity(grid, &sides, ambient, &mut store.u);
+    pad_velocity(grid, sides, ambient, &mut store.u);
 }

@@ -40,7 +40,7 @@ impl Lab {
 
     fn set(&mut self, a: usize, value: impl Fn([f64; 3]) -> f64) {
         let grid = self.model.grid;
-        visit(&grid, &self.model.sides, a, |cell, at| self.store.u[a][at] = value(grid.face(a, cell)));
+        visit(&grid, self.model.sides, a, |cell, at| self.store.u[a][at] = value(grid.face(a, cell)));
     }
 
     fn advance(&mut self, start: f64, length: f64) -> Books {
@@ -55,7 +55,7 @@ impl Lab {
     fn error(&self, exact: impl Fn(usize, [f64; 3]) -> f64) -> f64 {
         let (mut off, mut all) = (0.0, 0.0);
         for a in 0..3 {
-            visit(&self.model.grid, &self.model.sides, a, |cell, at| {
+            visit(&self.model.grid, self.model.sides, a, |cell, at| {
                 let known = exact(a, self.model.grid.face(a, cell));
                 off += (self.store.u[a][at] - known).powi(2);
                 all += known * known;
@@ -81,7 +81,7 @@ fn a_vortex_decays_as_taylor_and_green_say() {
     let mut errors = Vec::new();
     for n in [8, 16, 32] {
         let params = json!({
-            "low": [0, 0, 0], "high": [1, 1, 8.0 / n as f64], "cell": 1.0 / n as f64, "open": [],
+            "low": [0, 0, 0], "high": [1, 1, 8.0 / f64::from(n)], "cell": 1.0 / f64::from(n), "open": [],
             "kinematic_viscosity": nu, "divergence": 1e-8
         });
         let mut lab = Lab::new(&params);

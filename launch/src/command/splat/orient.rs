@@ -289,7 +289,8 @@ mod tests {
     /// A ground of 40 × 40 on a side of 2 and a tower of height 0.8 on it, up along a vector.
     fn tower(up: [f64; 3]) -> Splats {
         let turn = Similarity::upright(up, 1.0).unwrap().inverse().rotation;
-        let ground = (0..1600).map(|i| Vector3::new((i % 40) as f64 / 20.0 - 1.0, (i / 40) as f64 / 20.0 - 1.0, 0.0));
+        let ground =
+            (0..1600).map(|i| Vector3::new(f64::from(i % 40) / 20.0 - 1.0, f64::from(i / 40) / 20.0 - 1.0, 0.0));
         let tower = (0..800).map(|i| {
             let (s, c) = (f64::from(i) * 2.4).sin_cos();
             Vector3::new(0.2 * c, 0.2 * s, f64::from(i + 1) * 0.001)

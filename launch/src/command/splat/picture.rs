@@ -204,7 +204,7 @@ mod tests {
         assert_eq!(drawn(&args).unwrap().planes.len(), 3);
         let depth = std::fs::read(place.path().join("depth.npy")).unwrap();
         // A header of a multiple of 64 bytes, and four bytes a pixel.
-        assert!(depth.starts_with(b"\x93NUMPY") && (depth.len() - 4 * 64 * 48) % 64 == 0);
+        assert!(depth.starts_with(b"\x93NUMPY") && (depth.len() - 4 * 64 * 48).is_multiple_of(64));
         let flo = PlaneArgs { depth: file("depth.flo"), ..PlaneArgs::default() };
         assert_eq!(drawn(&RenderArgs { planes: flo, ..args }).unwrap_err().code, Code::Usage);
     }
