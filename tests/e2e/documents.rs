@@ -108,7 +108,8 @@ fn needs(line: &str) -> Option<&'static str> {
         return Some("for run in a b coarse fine; do cosplat run oscillator --quiet --out out/$run; done");
     }
     if line.contains("--resume") {
-        return Some("cosplat run my-scene.toml --quiet --checkpoint-every 0.5");
+        // Long enough for the disk to store one before the end.
+        return Some("cosplat run my-scene.toml --quiet --checkpoint-every 0.5 --set clock.duration=5");
     }
     if line.contains("out/NAME/splats") {
         return Some("mkdir -p out/NAME/splats; for n in 10 11; do cp plant.ply out/NAME/splats/frame_00$n.ply; done");

@@ -20,6 +20,8 @@ pub(crate) struct Decision {
     pub(crate) set: Vec<(String, String)>,
     /// Whether nothing may change, because the indicator of the decision says that it has no effect.
     pub(crate) must_not_matter: bool,
+    /// Whether that is said of the probes: a solver that has a partner remembers it, so that its state is another one.
+    pub(crate) by_probes: bool,
 }
 
 /// What a decision is worth.
@@ -88,7 +90,8 @@ pub(crate) fn decisions(scene: &Scene, summary: &Summary) -> Vec<Decision> {
             let instead = format!("`{}` and `{}`, which never met, do not exchange", i.a, i.b);
             Decision {
                 set: vec![("pair".into(), pair), ("run.rigidify".into(), "false".into())],
-                ..decision(&format!("pair-{}-{}", i.a, i.b), &instead, &[], true)
+                by_probes: true,
+                ..decision(&format!("pair-{}-{}", i.a, i.b), &instead, &[], !scene.probes.is_empty())
             }
         }));
     }
@@ -97,7 +100,7 @@ pub(crate) fn decisions(scene: &Scene, summary: &Summary) -> Vec<Decision> {
 
 fn decision(name: &str, instead: &str, set: &[(&str, &str)], must_not_matter: bool) -> Decision {
     let set = set.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
-    Decision { name: name.into(), instead: instead.into(), set, must_not_matter }
+    Decision { name: name.into(), instead: instead.into(), set, must_not_matter, by_probes: false }
 }
 
 /// Decisions about what a body is made of. What a solver leaves out may as well not stand in the scene.
@@ -149,17 +152,19 @@ pub(crate) fn worth(decision: &Decision, plain: &Finished, other: &Finished) -> 
     let both = summaries.0.zip(summaries.1);
     let memory = |s: &Summary| s.processes.iter().map(|p| p.peak_rss_mib).sum::<Option<f64>>();
     let messages = |s: &Summary| (2 * s.windows * s.interfaces.len() as u64).cast_signed();
+    let difference = difference(plain, other);
+    let same_probes = decision.by_probes && difference.is_some_and(|d| d <= 0.0);
     Worth {
         name: decision.name.clone(),
         instead: decision.instead.clone(),
         must_not_matter: decision.must_not_matter,
         same_bytes,
-        difference: difference(plain, other),
+        difference,
         saved_s: both.map(|(plain, other)| wall_s(other) - wall_s(plain)),
         saved_mib: both.and_then(|(plain, other)| Some(memory(other)? - memory(plain)?)),
         saved_messages: both.map_or(0, |(plain, other)| messages(other) - messages(plain)),
         why_not: both.is_none().then(|| other.complaint().unwrap_or_else(|| "it has no result".into())),
-        passed: same_bytes || !decision.must_not_matter,
+        passed: same_bytes || same_probes || !decision.must_not_matter,
     }
 }
 

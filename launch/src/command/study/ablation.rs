@@ -118,7 +118,7 @@ fn human(found: &[Worth], paint: Paint) -> String {
     }));
     let mut text = format!("{}\n", table(paint, &lines));
     for worth in found.iter().filter(|worth| !worth.passed) {
-        let line = format!("{}: its indicator says that it has no effect, and the state differs", worth.name);
+        let line = format!("{}: its indicator says that it has no effect, and the result differs", worth.name);
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{} {}", paint.bad("it matters:"), printable(&line));
     }
