@@ -205,7 +205,7 @@ impl<'a> Player<'a> {
 }
 
 /// Gaussians as the viewer takes them.
-pub(super) fn borrowed(splats: &Splats) -> Gaussians<'_> {
+pub(crate) fn borrowed(splats: &Splats) -> Gaussians<'_> {
     Gaussians {
         positions: &splats.positions,
         rotations: &splats.rotations,

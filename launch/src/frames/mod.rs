@@ -25,7 +25,7 @@ use cosplat_core::plugin::{
 };
 use cosplat_core::visual::VisualFrame;
 
-pub(crate) use body::{Cloth, Drawn, Look};
+pub(crate) use body::{Cloth, Drawn, Look, borrowed};
 pub(crate) use files::{Frames, Wanted};
 pub(crate) use live::LiveTo;
 pub(crate) use rows::Row;

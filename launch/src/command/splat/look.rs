@@ -3,11 +3,12 @@
 use clap::Args;
 use cosplat_splat::clean::{Rules, clean};
 use cosplat_splat::{Axes, Splats};
-use cosplat_viewer::{Camera, Gaussians, Options};
+use cosplat_viewer::{Camera, Options};
 use nalgebra::Vector3;
 
 use super::statistics::Extent;
 use crate::exit::{Code, Error, Problem};
+pub(super) use crate::frames::borrowed;
 
 const FIELD_OF_VIEW_DEG: f64 = 40.0;
 /// Largest side of a picture: one of this size takes a gigabyte while it is drawn.
@@ -98,19 +99,6 @@ fn distance(extent: &Extent, target: [f64; 3], back: Vector3<f64>, up: Vector3<f
         }
     }
     if distance > 0.0 { distance } else { 1.0 }
-}
-
-pub(super) fn borrowed(splats: &Splats) -> Gaussians<'_> {
-    Gaussians {
-        positions: &splats.positions,
-        rotations: &splats.rotations,
-        log_scales: &splats.log_scales,
-        opacity_logits: &splats.opacity_logits,
-        sh_dc: &splats.sh_dc,
-        sh_rest: &splats.sh_rest,
-        sh_degree: splats.sh_degree,
-        antialiased: splats.antialiased,
-    }
 }
 
 /// Three numbers with commas between.
