@@ -7,7 +7,7 @@ use crate::plan::{InterfaceId, LeftOut, ParticipantId, StreamId};
 use crate::plugin::Report;
 
 /// Version of the whole protocol, control and data.
-pub const PROTOCOL: u16 = 2;
+pub const PROTOCOL: u16 = 3;
 
 /// First incarnation of a run's coordinator; each one that resumes the run counts up.
 pub const FIRST_EPOCH: u32 = 1;
@@ -145,10 +145,28 @@ pub struct Done {
     pub sent: Vec<(InterfaceId, [f64; 3], f64)>,
     /// Impulses given to the solver, before any deliberate fault: interface, sum and sum of magnitudes \[N s\].
     pub applied: Vec<(InterfaceId, [f64; 3], f64)>,
+    /// Moments of the same, where the body shows where it is at both edges of the window.
+    pub moments: Vec<Moment>,
     /// State and budgets over the window.
     pub report: Report,
     /// Time split \[s\]; never part of a hash.
     pub times: Times,
+}
+
+/// Moment about the world origin of the impulses given to a solver, before any deliberate fault, as its host computes it
+/// from what the body showed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Moment {
+    /// Interface.
+    pub interface: InterfaceId,
+    /// With the body where the resolver saw it \[N m s\].
+    pub given: [f64; 3],
+    /// By how much the resolver may differ, for whom the body moves within the window \[N m s\].
+    pub given_reach: f64,
+    /// With the body at the start of this window \[N m s\].
+    pub applied: [f64; 3],
+    /// By how much the solver may differ, whose body moves while the impulses act \[N m s\].
+    pub applied_reach: f64,
 }
 
 /// Where a window's wall time went \[s\], and when it began on the host's monotonic clock.

@@ -5,9 +5,9 @@
 use std::collections::BTreeMap;
 
 use cosplat_core::boundary::Wrench;
-use cosplat_core::control::{Done, ReadyInfo};
+use cosplat_core::control::{Done, Moment, ReadyInfo};
 use cosplat_core::ledger::{Ledger, WindowRecord};
-use cosplat_core::plan::{BoundaryForm, Plan, build};
+use cosplat_core::plan::{BoundaryForm, Content, Plan, build};
 use cosplat_core::plugin::{BodyState, Descriptor, Energy, InterfaceReport, InterfaceRole, Report, Saves, SolverScene};
 use cosplat_core::scene::read;
 
@@ -288,4 +288,69 @@ fn the_defect_of_a_link_is_what_its_sides_disagree_about() {
     assert_eq!(record.interfaces[0].transfer_defect, J[2]);
     assert_eq!(record.interfaces[0].gross, size(J));
     assert!(record.solvers.iter().all(|s| s.closure == 0.0));
+}
+
+/// A window in which a moment crosses, or two where it takes two; `moment` is what the responder's host says, `words`
+/// what the resolver and the responder book.
+fn turn(scheme: &str, rigid: bool, moment: Moment, words: [Vec3; 2]) -> WindowRecord {
+    let (mut plan, scenes) = plan(scheme, "");
+    let shown = usize::from(plan.interfaces[0].from_b);
+    if let (true, Content::Boundary { form, .. }) = (rigid, &mut plan.streams[shown].content) {
+        *form = BoundaryForm::Proxy;
+    }
+    let still = || body([0.0; 3], [0.0; 3]);
+    let mut ledger = open(&plan, &scenes, &[body([1.0, 0.0, 0.0], [0.0, 2.0, 0.0]), still()]);
+    let seen = |angular| {
+        let received = Wrench { linear: [0.0; 3], angular };
+        vec![InterfaceReport { interface: 0, received, ..InterfaceReport::default() }]
+    };
+    let windows = if scheme == "parallel" { 2 } else { 1 };
+    let window = |w: u64| {
+        let mut dones = [done(still()), done(still())];
+        if w == 0 {
+            dones[0].report.interfaces = seen(words[0]);
+        }
+        if w + 1 == windows {
+            dones[1].report.interfaces = seen(words[1]);
+            dones[1].moments = vec![moment];
+        }
+        ledger.record(&plan, w, 0, &dones)
+    };
+    (0..windows).map(window).last().expect("there are windows")
+}
+
+#[test]
+fn a_moment_that_crossed_and_is_not_in_the_books_shows() {
+    let crossed: Vec3 = [0.0, 0.0, 0.5];
+    let moment = Moment { interface: 0, given: crossed, applied: crossed, ..Moment::default() };
+    // Scale: Σ m|v| |x| + |L| of the start, 2 + 2 kg m²/s.
+    for (scheme, rigid) in [("serial", false), ("serial", true), ("parallel", false), ("parallel", true)] {
+        let turned = |words| {
+            let record = turn(scheme, rigid, moment, words);
+            let [a, b] = [0, 1].map(|i: usize| record.solvers[i].moment_closure);
+            (a, b, record.interfaces[0].moment_defect)
+        };
+        assert_eq!(turned([[0.0, 0.0, -0.5], crossed]), (0.0, 0.0, 0.0), "{scheme}");
+        assert_eq!(turned([[0.0, 0.0, -0.5], [0.0; 3]]), (0.0, 0.125, 0.0), "{scheme}: the responder dropped it");
+        // A wrench has room for every moment; impulses on samples act where the samples are.
+        let kept = if rigid { (0.125, 0.0, 0.0) } else { (0.0, 0.0, 0.5) };
+        assert_eq!(turned([[0.0; 3], crossed]), kept, "{scheme}: the resolver never lost it");
+        let (a, _, defect) = turned([[f64::NAN; 3], crossed]);
+        assert!(if rigid { a } else { defect }.is_nan(), "{scheme}: a lost number stays lost");
+    }
+}
+
+#[test]
+fn the_way_within_the_window_excuses_as_much_as_it_explains() {
+    let moment = Moment {
+        interface: 0,
+        given: [0.0, 0.0, 0.5],
+        given_reach: 0.125,
+        applied: [0.0, 0.0, 0.75],
+        applied_reach: 0.25,
+    };
+    let record = turn("serial", false, moment, [[0.0, 0.0, -0.375], [0.0, 0.0, 1.25]]);
+    assert_eq!(record.solvers.iter().map(|s| s.moment_closure).collect::<Vec<_>>(), [0.0, 0.25 / 4.0]);
+    // Between the two places of the samples; the resolver's word is within reach.
+    assert_eq!(record.interfaces[0].moment_defect, 0.25);
 }

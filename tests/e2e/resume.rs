@@ -4,6 +4,7 @@
 
 mod support;
 
+use cosplat_core::control::PROTOCOL;
 use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -162,9 +163,10 @@ fn what_cannot_be_resumed_is_refused_by_name() {
     refused(none, &["no complete checkpoint"]);
 
     let run = disturbed(begun(), 100, |running| running.signal("INT")).expect_code(130);
-    change(&run, "run.toml", "protocol = 2", "protocol = 1");
+    let ours = format!("protocol = {PROTOCOL}");
+    change(&run, "run.toml", &ours, "protocol = 1");
     let run = refused(run, &["cannot be resumed", "protocol is 1"]);
-    change(&run, "run.toml", "protocol = 1", "protocol = 2");
+    change(&run, "run.toml", "protocol = 1", &ours);
     change(&run, "run.toml", "duration = 10.0", "duration = 12.0");
     let run = refused(run, &["not of this run", "another scene or plan"]);
     change(&run, "run.toml", "duration = 12.0", "duration = 10.0");

@@ -6,7 +6,7 @@ use super::{InterfaceRecord, SolverRecord, WindowRecord};
 use crate::boundary::{Vec3, Wrench, add, norm, scale, sub};
 use crate::control::{Done, ReadyInfo};
 use crate::plan::{Interface, InterfaceId, InterfaceKind, Plan};
-use crate::plugin::{BodyState, Report, SolverScene};
+use crate::plugin::{BodyState, InterfaceReport, Report, SolverScene};
 use crate::scene::{Link, Scheme};
 
 /// Keeps what a record is compared with.
@@ -18,9 +18,20 @@ pub struct Ledger {
     links: Vec<Vec<Link>>,
     stored: Vec<f64>,
     /// Impulses of the last window, by interface: in the parallel scheme they arrive one window later.
-    underway: Vec<(Vec3, f64)>,
+    underway: Vec<Underway>,
     scale: f64,
     angular_scale: f64,
+}
+
+/// Impulses on their way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Underway {
+    /// Sum \[N s\].
+    sum: Vec3,
+    /// Sum of magnitudes \[N s\].
+    gross: f64,
+    /// Their moment about the world origin, as the resolver's books have it \[N m s\].
+    moment: Vec3,
 }
 
 impl Ledger {
@@ -31,7 +42,7 @@ impl Ledger {
             previous: ready.iter().map(|r| momentum(&r.report.bodies)).collect(),
             links,
             stored: Vec::new(),
-            underway: vec![Default::default(); plan.interfaces.len()],
+            underway: vec![Underway::default(); plan.interfaces.len()],
             scale: 0.0,
             angular_scale: 0.0,
         };
@@ -56,9 +67,15 @@ impl Ledger {
         let dones = &dones[..plan.solver_count().min(dones.len())];
         let reports: Vec<&Report> = dones.iter().map(|d| &d.report).collect();
         self.widen(&reports);
-        let solvers = (0..dones.len()).map(|i| self.solver(plan, i, &dones[i])).collect::<Vec<_>>();
-        let interfaces: Vec<InterfaceRecord> =
-            (0..plan.interfaces.len()).map(|i| self.interface(plan, i, dones, &reports)).collect();
+        let mut solvers = (0..dones.len()).map(|i| self.solver(plan, i, &dones[i])).collect::<Vec<_>>();
+        let mut interfaces = Vec::with_capacity(plan.interfaces.len());
+        for (index, interface) in plan.interfaces.iter().enumerate() {
+            let moments = self.moments(plan, interface, index, dones, &reports);
+            for (side, unbooked) in [&interface.a, &interface.b].into_iter().zip(moments.unbooked) {
+                solvers[usize::from(side.participant)].moment_closure += relative(unbooked, self.angular_scale);
+            }
+            interfaces.push(self.interface(plan, index, dones, &reports, moments.defect));
+        }
         self.previous = reports.iter().map(|r| momentum(&r.bodies)).collect();
         self.stored = interfaces.iter().map(|i| i.stored_j).collect();
         let inside: f64 = solvers.iter().map(|s| s.kinetic_j + s.potential_j).sum();
@@ -109,23 +126,66 @@ impl Ledger {
             momentum: now.linear,
             closure: relative(norm(open), self.scale),
             angular_closure: relative(norm(angular), self.angular_scale),
+            moment_closure: 0.0,
         }
     }
 
-    fn interface(&mut self, plan: &Plan, index: usize, dones: &[Done], reports: &[&Report]) -> InterfaceRecord {
+    /// Compares the moments in the books of both sides with those that the responder's host computed. In the parallel
+    /// scheme the resolver's word is of the window before.
+    ///
+    /// A wrench on a rigid body has room for every moment: one that the resolver lost and did not send is a mistake in
+    /// its books. Impulses on samples act where the samples are, also those that the resolver computed a little beside
+    /// them (the friction of a particle of liquid, the drag of a cell of gas): their couple is lost in the crossing.
+    fn moments(
+        &self,
+        plan: &Plan,
+        interface: &Interface,
+        index: usize,
+        dones: &[Done],
+        reports: &[&Report],
+    ) -> Moments {
+        let id = index as InterfaceId;
+        let b = usize::from(interface.b.participant);
+        let Some(crossed) = dones[b].moments.iter().find(|m| m.interface == id) else { return Moments::default() };
+        let gave = if interface.scheme == Scheme::Parallel {
+            self.underway[index].moment
+        } else {
+            seen_by(reports, usize::from(interface.a.participant), id).received.angular
+        };
+        let got = seen_by(reports, b, id).received.angular;
+        // No less than nothing, and what is no number stays none.
+        let beyond =
+            |difference: Vec3, reach: f64| if norm(difference) <= reach { 0.0 } else { norm(difference) - reach };
+        let lag = norm(sub(crossed.given, crossed.applied));
+        let elsewhere = beyond(add(crossed.given, gave), crossed.given_reach);
+        let unbooked = beyond(sub(crossed.applied, got), crossed.applied_reach);
+        if plan.shows_rigid(interface) {
+            Moments { defect: lag, unbooked: [elsewhere, unbooked] }
+        } else {
+            Moments { defect: lag + elsewhere, unbooked: [0.0, unbooked] }
+        }
+    }
+
+    fn interface(
+        &mut self,
+        plan: &Plan,
+        index: usize,
+        dones: &[Done],
+        reports: &[&Report],
+        moment_defect: f64,
+    ) -> InterfaceRecord {
         let id = index as InterfaceId;
         let interface = &plan.interfaces[index];
         let (a, b) = (usize::from(interface.a.participant), usize::from(interface.b.participant));
-        let own =
-            |side: usize| reports[side].interfaces.iter().find(|i| i.interface == id).copied().unwrap_or_default();
-        let (seen_a, seen_b) = (own(a), own(b));
+        let (seen_a, seen_b) = (seen_by(reports, a, id), seen_by(reports, b, id));
         let listed = |list: &[(InterfaceId, Vec3, f64)]| list.iter().find(|(i, ..)| *i == id).map(|&(_, j, g)| (j, g));
         let (given, received, gross) = if interface.carries_impulses() {
-            let sent = listed(&dones[a].sent).unwrap_or_default();
+            let (sum, gross) = listed(&dones[a].sent).unwrap_or_default();
+            let sent = Underway { sum, gross, moment: seen_a.received.angular };
             let late = std::mem::replace(&mut self.underway[index], sent);
-            let (given, gross) = if interface.scheme == Scheme::Parallel { late } else { sent };
+            let given = if interface.scheme == Scheme::Parallel { late } else { sent };
             let (applied, _) = listed(&dones[b].applied).unwrap_or_default();
-            (given, applied, gross)
+            (given.sum, applied, given.gross)
         } else {
             (scale(seen_a.received.linear, -1.0), seen_b.received.linear, seen_a.gross.max(seen_b.gross))
         };
@@ -135,6 +195,7 @@ impl Ledger {
             received,
             gross,
             transfer_defect: norm(sub(given, received)),
+            moment_defect,
             work_defect: seen_a.work_j + seen_b.work_j + stored_j - self.stored.get(index).copied().unwrap_or(stored_j),
             residual: seen_a.residual.max(seen_b.residual),
             stored_j,
@@ -161,6 +222,20 @@ impl Ledger {
         };
         self.links[index].iter().filter_map(energy).sum()
     }
+}
+
+/// Moments of an interface in a window, compared.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moments {
+    /// Made or lost in the crossing \[N m s\].
+    defect: f64,
+    /// What crossed and is not in the books of `a`, and of `b`, beyond what the way within the window explains
+    /// \[N m s\].
+    unbooked: [f64; 2],
+}
+
+fn seen_by(reports: &[&Report], participant: usize, id: InterfaceId) -> InterfaceReport {
+    reports[participant].interfaces.iter().find(|i| i.interface == id).copied().unwrap_or_default()
 }
 
 fn links_of(scenes: &[SolverScene], id: InterfaceId) -> Vec<Link> {

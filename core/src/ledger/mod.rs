@@ -2,7 +2,8 @@
 //!
 //! `transfer_defect` compares what one host sent with what the other handed to its solver: it must be exactly zero.
 //! `closure` compares the change of each solver's momentum, summed over its own state, with all impulses that explain
-//! it; an echo of what was sent could not pass it.
+//! it; an echo of what was sent could not pass it. `moment_closure` compares the moments that a solver books with those
+//! that its partner's host computed from what the body showed.
 
 mod book;
 
@@ -42,6 +43,9 @@ pub struct SolverRecord {
     pub closure: f64,
     /// The same for angular momentum about the world origin, over the largest Σ m|v| times the largest |x|.
     pub angular_closure: f64,
+    /// Over the same scale: moments of what crossed that its books do not have, beyond what the way of the bodies within
+    /// the window explains.
+    pub moment_closure: f64,
 }
 
 /// An interface's budget over a window.
@@ -55,6 +59,9 @@ pub struct InterfaceRecord {
     pub gross: f64,
     /// |given − received| \[N s\]: exactly zero where impulses cross; of first order in the window for other links.
     pub transfer_defect: f64,
+    /// Angular momentum made or lost in the crossing \[N m s\]: zero for rigid bodies. Samples move between the window
+    /// that an impulse is computed in and the one it is applied in, and may have been reached a little beside them.
+    pub moment_defect: f64,
     /// Work done on `a` plus work done on `b` plus change of the link's potential \[J\].
     pub work_defect: f64,
     /// Largest difference between a stand-in and the partner itself.

@@ -1,5 +1,6 @@
 //! Decoding what a step needs.
 
+use super::moment::Handed;
 use super::{Joined, fault};
 use crate::boundary::{BoundaryState, Impulses, Vec3};
 #[cfg(doc)]
@@ -20,6 +21,8 @@ pub(super) struct Gathered {
     pub(super) consumed: Vec<(StreamId, u64, u64)>,
     /// Impulses given to the solver: interface, sum and sum of magnitudes \[N s\].
     pub(super) applied: Vec<(InterfaceId, Vec3, f64)>,
+    /// The same, until their moment is known.
+    pub(super) handed: Vec<Handed>,
 }
 
 /// Decodes what a step needs.
@@ -48,6 +51,7 @@ pub(super) fn gather(
                 let impulses = about_present_centre(joined, interface, id.index, window, impulses);
                 let (total, gross) = impulses.sums();
                 gathered.applied.push((interface, total, gross));
+                gathered.handed.push(Handed::new(interface, id.index, &impulses));
                 gathered.inputs.impulses.push(ImpulseInput {
                     interface,
                     impulses: fault::of_impulses(joined.plan.break_with, impulses),

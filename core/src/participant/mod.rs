@@ -9,6 +9,7 @@ mod fetch;
 mod gather;
 mod inbox;
 mod join;
+mod moment;
 mod outbox;
 mod repeat;
 mod resume;

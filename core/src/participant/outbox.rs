@@ -148,11 +148,12 @@ impl Outbox {
 
     /// Centre of mass in a kept proxy record of this participant.
     pub fn centre(&self, id: MessageId) -> Option<Vec3> {
-        let payload = self.frames(id).first()?.get(wire::HEADER_BYTES..)?;
-        match wire::decode_boundary(BoundaryForm::Proxy, 1, &[payload]) {
-            Ok(BoundaryState::Proxy(record)) => Some(record.position),
-            _ => None,
-        }
+        wire::place(BoundaryForm::Proxy, &self.chunks(id)?, 0)
+    }
+
+    /// Payload of a kept message, in its chunks.
+    pub(super) fn chunks(&self, id: MessageId) -> Option<Vec<&[u8]>> {
+        self.kept.get(&id)?.iter().map(|f| f.get(wire::HEADER_BYTES..)).collect()
     }
 
     /// Forgets messages that nobody can need any more: everything two windows behind the settled one, statics apart.

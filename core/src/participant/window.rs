@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::gather::{Gathered, gather};
+use super::moment::Handed;
 use super::{Action, Answer, Joined, Participant, Phase};
 use crate::checks::{Check, Checks};
 use crate::control::{Done, FailureKind, Times, Up};
@@ -22,6 +23,8 @@ pub(super) struct Underway {
     pub(super) computing: bool,
     /// What will be reported about it.
     done: Done,
+    /// Impulses given to the plugin in it.
+    handed: Vec<Handed>,
 }
 
 impl Underway {
@@ -61,7 +64,7 @@ impl<C: Checks> Participant<C> {
             }
         }
         match gather(joined, &step, window, &found) {
-            Ok(Gathered { inputs, frames, consumed, applied }) => {
+            Ok(Gathered { inputs, frames, consumed, applied, handed }) => {
                 let steps = schedule::steps(&joined.plan, joined.id, window).len();
                 let hash_state = self.underway.step + 1 == steps;
                 let show =
@@ -70,6 +73,7 @@ impl<C: Checks> Participant<C> {
                 self.underway.computing = true;
                 self.underway.done.consumed.extend(consumed);
                 self.underway.done.applied.extend(applied);
+                self.underway.handed.extend(handed);
                 self.progress = crate::control::Progress { window, ..Default::default() };
                 out.push(Action::Compute(Box::new(Job { step, inputs, hash_state, frames, show })));
             }
@@ -142,6 +146,10 @@ impl<C: Checks> Participant<C> {
 
     fn finish_window(&mut self, window: u64, state_hash: u128, now: Duration, out: &mut Vec<Action>) {
         let mut done = std::mem::take(&mut self.underway.done);
+        let handed = std::mem::take(&mut self.underway.handed);
+        if let Some(joined) = &self.joined {
+            done.moments.extend(handed.iter().filter_map(|h| h.moment(joined, window)));
+        }
         done.window = window;
         done.state_hash = state_hash;
         self.underway.window = window + 1;

@@ -227,6 +227,12 @@ impl Plan {
         self.participants.len() - usize::from(self.recorder.is_some())
     }
 
+    /// Whether `b` of an interface is shown as one rigid body.
+    pub fn shows_rigid(&self, interface: &Interface) -> bool {
+        let shown = self.streams.get(usize::from(interface.from_b)).map(|s| &s.content);
+        matches!(shown, Some(Content::Boundary { form: BoundaryForm::Proxy, .. }))
+    }
+
     /// Participants that simulate, in order.
     pub fn solvers(&self) -> &[Participant] {
         &self.participants[..self.solver_count()]

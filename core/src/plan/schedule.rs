@@ -3,7 +3,7 @@
 //! All coupling schemes are data here. A step covers a span of ticks, waits for messages and ends with messages.
 //! Nobody asks anybody for permission inside a window: a participant starts when what it needs is there.
 
-use super::{BoundaryForm, Content, Interface, InterfaceId, ParticipantId, Plan, Stream, StreamId};
+use super::{Content, Interface, InterfaceId, ParticipantId, Plan, Stream, StreamId};
 use crate::scene::Scheme;
 use crate::time::{Span, TICKS_PER_WINDOW};
 
@@ -91,13 +91,12 @@ pub fn published_at_start(plan: &Plan, who: ParticipantId) -> Vec<MessageId> {
 }
 
 /// Messages that `who` publishes before `window` and that this window or a later one needs: statics, boundaries at its
-/// start, impulses that arrive a window late, and the boundary about which the moment of such impulses was taken.
+/// start, impulses that arrive a window late, and the boundary where such impulses were taken.
 pub fn published_before(plan: &Plan, who: ParticipantId, window: u64) -> Vec<MessageId> {
     let late = |i: &Interface| i.carries_impulses() && i.scheme == Scheme::Parallel;
     let of = |(stream, declared): (StreamId, &Stream)| {
         let last = window.checked_sub(1);
-        let proxy = matches!(declared.content, Content::Boundary { form: BoundaryForm::Proxy, .. });
-        let turned = proxy && plan.interfaces.iter().any(|i| late(i) && i.from_b == stream);
+        let turned = plan.interfaces.iter().any(|i| late(i) && i.from_b == stream);
         let indices = match &declared.content {
             Content::Statics { .. } => [Some(0), None],
             Content::Boundary { .. } => [last.filter(|_| turned), Some(window)],

@@ -14,6 +14,6 @@ pub use header::{HEADER_BYTES, Header, HeaderError, Kind, MAGIC, VERSION};
 pub use message::{CHUNK_BYTES, Message, Origin, cut, frames, probe};
 pub use payload::{
     PayloadError, check_impulses, check_samples, decode_boundary, decode_impulses, decode_statics, encode_boundary,
-    encode_impulses, encode_statics, payload_bytes, schema_hash, schema_text,
+    encode_impulses, encode_statics, payload_bytes, place, schema_hash, schema_text,
 };
 pub use visual::{check_visual, decode_visual, encode_visual};

@@ -6,7 +6,7 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use super::arrays::{Reader, Writer, aligned};
 use super::visual;
-use crate::boundary::{BoundaryState, Impulses, ProxyRecord, SampleStatics, Samples, Wrench};
+use crate::boundary::{BoundaryState, Impulses, ProxyRecord, SampleStatics, Samples, Vec3, Wrench, add};
 use crate::plan::{BoundaryForm, Content};
 use crate::visual::VisualForm;
 
@@ -172,6 +172,36 @@ pub fn decode_boundary(form: BoundaryForm, count: usize, chunks: &[&[u8]]) -> Re
     };
     check_samples(&samples)?;
     Ok(BoundaryState::Samples(samples))
+}
+
+/// Position of one element in the chunks of an encoded boundary, without decoding the others; `None` where they end
+/// before it.
+pub fn place(form: BoundaryForm, chunks: &[&[u8]], element: usize) -> Option<Vec3> {
+    let origin = if matches!(form, BoundaryForm::SamplesF32 { .. }) { ORIGIN_BYTES } else { 0 };
+    if origin == 0 {
+        return numbers::<[f64; 3]>(chunks, element.checked_mul(size_of::<[f64; 3]>())?);
+    }
+    let offset: [f32; 3] = numbers(chunks, origin.checked_add(element.checked_mul(size_of::<[f32; 3]>())?)?)?;
+    Some(add(offset.map(f64::from), numbers(chunks, 0)?))
+}
+
+/// Numbers that begin `at` bytes behind the start, across the borders of chunks.
+fn numbers<T: bytemuck::Pod>(chunks: &[&[u8]], mut at: usize) -> Option<T> {
+    let mut value = T::zeroed();
+    let mut left = bytemuck::bytes_of_mut(&mut value);
+    for chunk in chunks {
+        let Some(rest) = chunk.get(at..) else {
+            at -= chunk.len();
+            continue;
+        };
+        let (now, later) = left.split_at_mut(rest.len().min(left.len()));
+        now.copy_from_slice(&rest[..now.len()]);
+        (left, at) = (later, 0);
+        if left.is_empty() {
+            return Some(value);
+        }
+    }
+    None
 }
 
 /// Whether all numbers of a set of samples are finite: asked by the sender, who is to blame, and by the reader.

@@ -11,7 +11,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use cosplat_core::boundary::Wrench;
-use cosplat_core::control::{self, Done, Down, Envelope, PROTOCOL, Save, Times, Up};
+use cosplat_core::control::{self, Done, Down, Envelope, Moment, PROTOCOL, Save, Times, Up};
 use cosplat_core::plan::Content;
 use cosplat_core::plugin::{BodyState, Energy, InterfaceReport, Report};
 use cosplat_core::wire::{self, HEADER_BYTES, Header, Message};
@@ -73,6 +73,13 @@ fn done() -> Envelope<Up> {
         state_hash: 0x0011_2233_4455_6677_8899_aabb_ccdd_eeff,
         sent: vec![(2, [0.1, 0.2, -0.3], 0.4)],
         applied: vec![(3, [-0.0, 1e-310, 5.0], 6.0)],
+        moments: vec![Moment {
+            interface: 3,
+            given: [1.5, -2.5, 0.0],
+            given_reach: 0.0,
+            applied: [1.5, -2.25, -0.0],
+            applied_reach: 1e-3,
+        }],
         report,
         times: Times { start_s: 10.0, end_s: 10.5, compute_s: 0.25, wait_s: 0.125, transfer_s: 0.0625 },
     })))

@@ -18,7 +18,7 @@ use super::replace;
 const WINDOW: [&str; 4] = ["window", "time_s", "state_hash", "total_energy_j"];
 
 /// Columns of a solver.
-const SOLVER: [&str; 10] = [
+const SOLVER: [&str; 11] = [
     "kinetic_j",
     "potential_j",
     "dissipated_j",
@@ -27,12 +27,13 @@ const SOLVER: [&str; 10] = [
     "momentum_z",
     "closure",
     "angular_closure",
+    "moment_closure",
     "substeps",
     "counted",
 ];
 
 /// Columns of an interface.
-const INTERFACE: [&str; 11] = [
+const INTERFACE: [&str; 12] = [
     "given_x_n_s",
     "given_y_n_s",
     "given_z_n_s",
@@ -41,6 +42,7 @@ const INTERFACE: [&str; 11] = [
     "received_z_n_s",
     "gross_n_s",
     "transfer_defect_n_s",
+    "moment_defect_n_m_s",
     "work_defect_j",
     "residual",
     "stored_j",
@@ -157,14 +159,14 @@ fn header(plan: &Plan) -> Vec<String> {
     header
 }
 
-fn solver_numbers(s: &SolverRecord) -> [f64; 8] {
+fn solver_numbers(s: &SolverRecord) -> [f64; 9] {
     let [x, y, z] = s.momentum;
-    [s.kinetic_j, s.potential_j, s.dissipated_j, x, y, z, s.closure, s.angular_closure]
+    [s.kinetic_j, s.potential_j, s.dissipated_j, x, y, z, s.closure, s.angular_closure, s.moment_closure]
 }
 
-fn interface_numbers(i: &InterfaceRecord) -> [f64; 11] {
+fn interface_numbers(i: &InterfaceRecord) -> [f64; 12] {
     let ([gx, gy, gz], [rx, ry, rz]) = (i.given, i.received);
-    [gx, gy, gz, rx, ry, rz, i.gross, i.transfer_defect, i.work_defect, i.residual, i.stored_j]
+    [gx, gy, gz, rx, ry, rz, i.gross, i.transfer_defect, i.moment_defect, i.work_defect, i.residual, i.stored_j]
 }
 
 /// The shortest decimal number that is read back as the same bits.

@@ -151,6 +151,9 @@ pub(crate) struct Interface {
     /// Sum over the windows of |given - received| [N s]: exactly 0 where impulses cross, of first order in the window
     /// for other links.
     pub(crate) transfer_defect: f64,
+    /// Angular momentum made or lost in the crossing, summed over the windows [N m s]: zero for rigid bodies; impulses
+    /// on samples act where these are, not where the partner computed them.
+    pub(crate) moment_defect: f64,
     /// Larger closure of its two processes in the worst window: what the states do not explain, relative to the
     /// run's largest gross momentum.
     pub(crate) closure: f64,

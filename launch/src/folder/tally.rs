@@ -137,7 +137,7 @@ impl Tally {
 
     fn closures(&mut self, record: &WindowRecord, done: &[Done]) {
         for (i, (closure, solver)) in self.closures.iter_mut().zip(&record.solvers).enumerate() {
-            let value = larger(solver.closure, solver.angular_closure);
+            let value = larger(larger(solver.closure, solver.angular_closure), solver.moment_closure);
             let substeps = done.get(i).map_or(1, |d| d.report.substeps);
             closure.add(value, ClosureGate::of(self.forms[i], substeps).window);
         }
@@ -151,6 +151,7 @@ impl Tally {
             }
             sum.gross_impulse += now.gross;
             sum.transfer_defect += now.transfer_defect;
+            sum.moment_defect += now.moment_defect;
             sum.work_defect += now.work_defect;
             sum.residual = larger(sum.residual, now.residual);
             let [a, b] = self.sides[i];
