@@ -11,9 +11,9 @@
 //!    places: a symplectic step of first order;
 //! 5. everything moves.
 //!
-//! Particles are physically sorted by cell (`grid`), and lists of neighbours (`near`) are kept until something may have
-//! moved by their skin, never beyond a step of the coupling: so the state is the particles alone. Work is shared out in
-//! chunks of fixed size, and every sum has a fixed order, so that the bytes do not depend on the number of threads.
+//! Particles are physically sorted by cell (`grid`), and lists of neighbours (`near`) are kept until two may have come
+//! closer by their skin. The places for which they were made are part of the state, so that a restored run has the same
+//! lists. Work is shared out in chunks of fixed size, and every sum has a fixed order, so that the bytes do not depend on the number of threads.
 //!
 //! Every force acts along the line between two particles, so that linear and angular momentum are kept to rounding. It is
 //! computed in double precision because that makes the books exact without a second representation of positions, and

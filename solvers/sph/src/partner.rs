@@ -190,6 +190,25 @@ impl Partners {
         self.sets.iter().find(|s| s.solid == solid)
     }
 
+    /// Places of all their boundary particles \[m\], face by face.
+    pub(crate) fn places(&self, model: &Model) -> Vec<Vec3> {
+        let mut all = Vec::new();
+        for face in &model.faces {
+            match &model.solids[face.solid] {
+                Solid::Rigid(_, pieces) => {
+                    let Some(proxy) = self.proxy(face.solid) else { continue };
+                    all.extend(pieces.iter().map(|piece| proxy.frame.out(piece.0)));
+                }
+                Solid::Sampled(_) => {
+                    let Some(samples) = self.samples(face.solid) else { continue };
+                    all.extend(samples.pieces().map(|piece| piece.1));
+                }
+                Solid::Plane(..) | Solid::Fixed(_) => {}
+            }
+        }
+        all
+    }
+
     /// Largest speed of any partner \[m/s\].
     pub(crate) fn speed(&self) -> f64 {
         let samples = self.sets.iter().flat_map(|s| &s.v).map(|&v| cosplat_core::boundary::norm(v));

@@ -123,7 +123,7 @@ impl Plugin for Sph {
         let mut reader = StateReader::new(state);
         let store = run.store.load(&mut reader)?;
         reader.end()?;
-        run.store = store;
+        (run.store, run.scratch) = (store, Scratch::default());
         Ok(())
     }
 }

@@ -16,7 +16,7 @@ use crate::model::{Face, Gravity, Liquid, Model, Solid};
 use crate::params::{Params, Pressure, rough};
 use crate::shell::{Piece, shell};
 use crate::sim::stable;
-use crate::store::Store;
+use crate::store::{Listed, Store};
 
 /// Spacings that differ by less than this share are the same.
 const SAME: f64 = 0.01;
@@ -79,7 +79,16 @@ pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read,
     let rho = model.body.iter().map(|&b| model.liquids[b as usize].rho).collect();
     let id = (0..model.mass.len() as u32).collect();
     let warm = vec![0.0; if params.pressure == Pressure::Incompressible { model.mass.len() } else { 0 }];
-    let store = Store { id, x: model.start.clone(), v: velocity, rho, warm, acceleration: 0.0, dissipated: 0.0 };
+    let store = Store {
+        id,
+        x: model.start.clone(),
+        v: velocity,
+        rho,
+        warm,
+        acceleration: 0.0,
+        dissipated: 0.0,
+        listed: Listed::default(),
+    };
     Ok((model, store, left_out))
 }
 

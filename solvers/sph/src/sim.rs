@@ -11,17 +11,15 @@ use crate::model::Model;
 use crate::near::{CHUNK, Lists, around};
 use crate::params::Pressure;
 use crate::partner::Partners;
-use crate::store::Store;
+use crate::store::{Listed, Store};
 use crate::thick::Thick;
 use crate::wall::{Liquids, Walls};
 
 /// Largest `ν dt/h²` of explicit viscosity. The operator's diagonal is `8.05 ν/h²`, its largest eigenvalue at most twice that,
 /// and walls that mirror velocities add to it: 2/16.1 = 0.12 less a margin.
 pub(crate) const VISCOUS: f64 = 0.07;
-/// Width of the shell around the kernel that lists hold, in spacings.
-const SKIN: f64 = 0.2;
-/// Substeps that lists with a skin must last.
-const FEW: f64 = 4.0;
+/// Way of the fastest in a substep, in spacings, above which lists have no skin: they would hardly last two substeps.
+const HASTE: f64 = 0.1;
 /// Particles below which one thread is faster than several.
 const SERIAL_BELOW: usize = 2000;
 /// Speed over that of sound above which a result means nothing.
@@ -58,6 +56,8 @@ pub(crate) struct Scratch {
     sums: Vec<Sums>,
     projection: Projection,
     thick: Thick,
+    /// Whether the lists are those of `Store::listed`.
+    made: bool,
 }
 
 /// One step of the coupling in progress.
@@ -102,6 +102,14 @@ pub(crate) fn stable(model: &Model, speed: f64, acceleration: f64) -> (f64, Stri
     best
 }
 
+/// Best width of the skin of lists, in spacings, where the fastest moves by `way` spacings in a substep.
+///
+/// Lists that reach beyond the kernel's 2.4 spacings by s cost (1 + s/2.4)³ of a substep, and last s/(2 way) of them; to make
+/// them costs about as much as one. The sum is least near s² = 1.6 way.
+fn skin(way: f64) -> f64 {
+    if way < HASTE { (1.6 * way).sqrt() } else { 0.0 }
+}
+
 impl Course<'_> {
     fn parallel(&self) -> bool {
         self.model.threads > 1 && self.store.len() >= SERIAL_BELOW
@@ -109,9 +117,8 @@ impl Course<'_> {
 
     /// Covers the step.
     pub(crate) fn run(&mut self, pulse: &mut dyn Pulse, pool: Option<&rayon::ThreadPool>) -> Result<(), PluginError> {
-        let mut skin = 0.0;
         let many = self.parallel();
-        let (mut time, mut moved) = (0.0, f64::INFINITY);
+        let mut time = 0.0;
         let mut speed = self.store.v.iter().map(|&v| norm(v)).fold(0.0, largest);
         while time < self.length {
             let (mut bound_dt, mut bound) = stable(self.model, speed, self.store.acceleration);
@@ -125,24 +132,15 @@ impl Course<'_> {
             let count = (left / bound_dt - 1e-9).ceil().max(1.0);
             let dt = left / count;
             self.books.bound = if self.length < bound_dt { "coupling window".to_owned() } else { bound };
-            let stale = moved > skin;
-            if stale {
-                // A skin that would not outlive a few substeps only makes the lists longer.
-                let wide = SKIN * self.model.spacing;
-                skin = if count > 1.0 && 2.0 * FEW * speed * dt < wide { wide } else { 0.0 };
-            }
             let mut both = || {
-                if stale {
-                    self.list(skin);
-                }
+                self.partners.place(time);
+                self.list(speed, dt);
                 self.substep(time, dt)
             };
             speed = match pool.filter(|_| many) {
                 Some(pool) => pool.install(both),
                 None => both(),
             };
-            moved = if stale { 0.0 } else { moved };
-            moved += dt * (speed + speed.max(self.partners.speed()));
             self.books.substeps += 1;
             self.guard(self.start + time, speed)?;
             time = if count > 1.0 { time + dt } else { self.length };
@@ -153,22 +151,40 @@ impl Course<'_> {
         Ok(())
     }
 
-    /// Sorts the particles and finds what is near.
-    fn list(&mut self, skin: f64) {
-        let (parallel, reach) = (self.parallel(), self.model.kernel.reach + skin);
-        let (grid, order) = Grid::new(&self.store.x, reach);
+    /// Sorts the particles and finds what is near, where lists are missing or no longer hold.
+    fn list(&mut self, speed: f64, dt: f64) {
+        let places = self.partners.places(self.model);
+        if self.store.listed.holds(&self.store.x, &places) {
+            if !self.scratch.made {
+                self.make();
+            }
+            return;
+        }
+        let (model, fastest) = (self.model, 0.5 * (speed + speed.max(self.partners.speed())));
+        let skin = skin(fastest * dt / model.spacing) * model.spacing;
+        let (_, order) = Grid::new(&self.store.x, model.kernel.reach + skin);
         self.store.sort(&order);
-        let Scratch { lists, walls, pack, acceleration, next, sums, .. } = &mut *self.scratch;
-        let n = self.store.len();
-        let x = &self.store.x;
+        self.store.listed = Listed { x: self.store.x.clone(), partners: places, skin };
+        self.make();
+    }
+
+    /// Finds what was near when everything was where lists are made.
+    fn make(&mut self) {
+        let parallel = self.parallel();
+        let Self { model, store, scratch, partners, .. } = self;
+        let Scratch { lists, walls, pack, acceleration, next, sums, .. } = &mut **scratch;
+        let (n, x, reach) = (store.len(), &store.listed.x, model.kernel.reach + store.listed.skin);
+        // They are sorted for it already, so that the order is the one they have.
+        let (grid, _) = Grid::new(x, reach);
         lists.make(n, n, parallel, &|i, list| around(&grid, x, i, reach, list));
-        walls.find(self.model, self.store, &grid, &self.partners, reach, parallel);
+        walls.find(model, store, &grid, partners, reach, parallel);
         // The last one is nobody, with whom lists are filled up.
         pack.clear();
         pack.resize(n + 1, Pack::default());
         acceleration.resize(n, [0.0; 3]);
         next.resize(n, 0.0);
         sums.resize(n.div_ceil(CHUNK), Sums::default());
+        scratch.made = true;
         self.books.sorts += 1;
     }
 
@@ -184,8 +200,7 @@ impl Course<'_> {
                 *g = cosplat_core::boundary::add(*g, scale(action.acceleration, share));
             }
         }
-        let Scratch { lists, walls, pack, acceleration, next, sums, projection, thick } = &mut **scratch;
-        partners.place(time);
+        let Scratch { lists, walls, pack, acceleration, next, sums, projection, thick, .. } = &mut **scratch;
         walls.place(model, partners);
         let pass = Pass { model, lists, gravity: &gravity, dt, parallel };
         if model.params.pressure == Pressure::Incompressible {

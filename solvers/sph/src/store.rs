@@ -1,7 +1,9 @@
 //! Particles: one array per quantity, physically sorted by cell.
 
-use cosplat_core::boundary::Vec3;
+use cosplat_core::boundary::{Vec3, dot, sub};
 use cosplat_core::plugin::{StateError, StateReader, StateSink};
+
+use crate::force::largest;
 
 /// All that changes about the particles.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,6 +22,44 @@ pub(crate) struct Store {
     pub(crate) acceleration: f64,
     /// Energy lost to viscosity since t = 0 \[J\].
     pub(crate) dissipated: f64,
+    /// Where everything was when lists were last made.
+    pub(crate) listed: Listed,
+}
+
+/// Where everything was when lists were last made: they can be made again from it, and outlive a step of the coupling and a
+/// saved state without a change of a single bit.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Listed {
+    /// Places of the particles \[m\], in their present order; empty before there are lists.
+    pub(crate) x: Vec<Vec3>,
+    /// Places of the boundary particles of partners \[m\], face by face.
+    pub(crate) partners: Vec<Vec3>,
+    /// How much farther than the kernel the lists reach \[m\].
+    pub(crate) skin: f64,
+}
+
+impl Listed {
+    /// Whether lists of then hold all that is in the kernel's reach now, with particles at `x` and boundary particles of
+    /// partners at `places` \[m\]: no two have come closer by more than the skin.
+    pub(crate) fn holds(&self, x: &[Vec3], places: &[Vec3]) -> bool {
+        if self.x.is_empty() || self.x.len() != x.len() || self.partners.len() != places.len() {
+            return false;
+        }
+        let way = |(a, b): (&Vec3, &Vec3)| {
+            let apart = sub(*a, *b);
+            dot(apart, apart)
+        };
+        let (mut first, mut second) = (0.0, 0.0);
+        for way in x.iter().zip(&self.x).map(way) {
+            if way > first {
+                (first, second) = (way, first);
+            } else if way > second {
+                second = way;
+            }
+        }
+        let partner = places.iter().zip(&self.partners).map(way).fold(0.0, largest);
+        first.sqrt() + largest(second, partner).sqrt() <= self.skin
+    }
 }
 
 impl Store {
@@ -51,6 +91,9 @@ impl Store {
         sink.bytes(bytemuck::cast_slice(&self.rho));
         sink.f64(self.acceleration);
         sink.f64(self.dissipated);
+        sink.vec3s(&self.listed.x);
+        sink.vec3s(&self.listed.partners);
+        sink.f64(self.listed.skin);
         sink.bytes(bytemuck::cast_slice(&self.warm));
     }
 
@@ -74,8 +117,19 @@ impl Store {
         let (x, v) = (reader.vec3s("positions", n)?, reader.vec3s("velocities", n)?);
         let rho = reader.bytes(8 * n)?.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
         let (acceleration, dissipated) = (reader.f64()?, reader.f64()?);
+        let listed = Listed { x: places(reader)?, partners: places(reader)?, skin: reader.f64()? };
         let bytes = reader.bytes(8 * self.warm.len())?;
         let warm = bytes.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
-        Ok(Self { id, x, v, rho, warm, acceleration, dissipated })
+        if !listed.x.is_empty() && listed.x.len() != n {
+            return Err(count(listed.x.len() as u64, "places of lists"));
+        }
+        Ok(Self { id, x, v, rho, warm, acceleration, dissipated, listed })
     }
+}
+
+/// A list of vectors as long as the state says.
+fn places(reader: &mut StateReader<'_>) -> Result<Vec<Vec3>, StateError> {
+    let length = usize::try_from(reader.u64()?).unwrap_or(usize::MAX);
+    let bytes = reader.bytes(length.saturating_mul(size_of::<Vec3>()))?;
+    Ok(bytes.chunks_exact(size_of::<Vec3>()).map(bytemuck::pod_read_unaligned).collect())
 }

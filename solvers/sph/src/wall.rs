@@ -72,7 +72,7 @@ impl Walls {
         &self.near[self.first[i] as usize..self.first[i + 1] as usize]
     }
 
-    /// Finds all that are closer than `reach` to the liquid.
+    /// Finds all that were closer than `reach` to the liquid when everything was where lists are made.
     pub(crate) fn find(
         &mut self,
         model: &Model,
@@ -82,6 +82,8 @@ impl Walls {
         reach: f64,
         parallel: bool,
     ) {
+        let x = &store.listed.x;
+        let mut places = store.listed.partners.iter();
         let mut all = Vec::new();
         for (f, face) in model.faces.iter().enumerate() {
             let mut add = |index: usize, x: Vec3, volume: f64, depth: f64| {
@@ -95,8 +97,7 @@ impl Walls {
             };
             match &model.solids[face.solid] {
                 Solid::Plane(frame, shape) => {
-                    let own =
-                        store.id.iter().zip(&store.x).filter(|(id, _)| model.body[**id as usize] == face.body as u32);
+                    let own = store.id.iter().zip(x).filter(|(id, _)| model.body[**id as usize] == face.body as u32);
                     let local = own.map(|(_, &x)| frame.into_local(x));
                     for (x, volume, depth) in below_plane(shape, local, reach, model.spacing) {
                         let x = frame.out(x);
@@ -107,19 +108,21 @@ impl Walls {
                 }
                 Solid::Fixed(pieces) => pieces.iter().for_each(|&(x, volume, depth)| add(0, x, volume, depth)),
                 Solid::Rigid(_, pieces) => {
-                    let Some(proxy) = partners.proxy(face.solid) else { continue };
-                    let each = pieces.iter().enumerate();
-                    each.for_each(|(i, &(x, volume, depth))| add(i, proxy.frame.out(x), volume, depth));
+                    if partners.proxy(face.solid).is_some() {
+                        let each = pieces.iter().enumerate().zip(&mut places);
+                        each.for_each(|((i, &(_, volume, depth)), &x)| add(i, x, volume, depth));
+                    }
                 }
                 Solid::Sampled(_) => {
                     let Some(samples) = partners.samples(face.solid) else { continue };
-                    samples.pieces().for_each(|(i, x, volume, depth)| add(i, x, volume, depth));
+                    let each = samples.pieces().zip(&mut places);
+                    each.for_each(|((i, _, volume, depth), &x)| add(i, x, volume, depth));
                 }
             }
         }
         let search = |b: usize, list: &mut Vec<u32>| {
             let body = model.faces[all[b].face as usize].body as u32;
-            grid.near(&store.x, all[b].x, reach, |i| {
+            grid.near(x, all[b].x, reach, |i| {
                 if model.body[store.id[i] as usize] == body {
                     list.push(i as u32);
                 }
