@@ -4,7 +4,7 @@ use cosplat_core::scene::Lame;
 
 use super::log::Log;
 use super::{Returned, YieldNorm};
-use crate::math::{Sym, all, det_minus_one, eigen, ln_1p, square};
+use crate::math::{Sym, all, det_minus_one, ln_1p, square};
 use crate::real::{Lanes, Real};
 
 /// Lamé parameters, in all lanes.
@@ -49,9 +49,10 @@ impl<R: Real> Moduli<R> {
 
     /// `μ Σe² + λ/2 (Σe)²` \[J/m³\].
     pub(super) fn hencky_energy(&self, b: [f64; 6]) -> f64 {
-        let e = eigen::<f64>(&b.map(all::<f64>)).0.map(|beta| 0.5 * libm::log1p(beta.to_array()[0]));
-        let sum: f64 = e.iter().sum();
-        self.lame.mu_pa * e.iter().map(|e| e * e).sum::<f64>() + 0.5 * self.lame.lambda_pa * sum * sum
+        let log = Log::<f64>::of(&b.map(all::<f64>));
+        let [sum, deviator] = [log.sum(), log.deviator()].map(|lanes| lanes.to_array()[0]);
+        let squares = deviator * deviator + sum * sum / 3.0;
+        self.lame.mu_pa * squares + 0.5 * self.lame.lambda_pa * sum * sum
     }
 
     /// Stiffness that carries the fastest wave through the strained material \[Pa\]: `λ max(1, 1 - ln J) + μ (1 + s²)`
