@@ -1,11 +1,12 @@
 //! One step in progress, and its books.
 
+use std::ops::Range;
+
 use cosplat_core::boundary::{Vec3, scale};
 
 use crate::bond::Bond;
 use crate::contact::{Surface, Touch};
 use crate::near::Near;
-use crate::place::Place;
 use crate::proxy::Proxy;
 use crate::samples::Swarm;
 use crate::tally::Tally;
@@ -24,12 +25,10 @@ pub(crate) struct Kick {
 
 /// Own side of a contact with a partner that shows samples.
 #[derive(Clone, Debug)]
-pub(crate) struct Meeting<'a> {
-    /// Own body.
-    pub(crate) body: usize,
+pub(crate) struct Meeting {
     pub(crate) surface: Surface,
-    /// Points of its triangles that are as close together as the samples.
-    pub(crate) lattice: &'a [Place],
+    /// Its triangles.
+    pub(crate) triangles: Range<usize>,
 }
 
 /// One step in progress.
@@ -40,7 +39,7 @@ pub(crate) struct Course<'a> {
     pub(crate) proxies: Vec<Proxy>,
     pub(crate) swarms: Vec<Swarm<'a>>,
     /// In the order of the swarms.
-    pub(crate) meetings: Vec<Meeting<'a>>,
+    pub(crate) meetings: Vec<Meeting>,
     pub(crate) kicks: Vec<Kick>,
     pub(crate) bonds: Vec<Bond>,
     /// Normals at the start of the step, where air moves.

@@ -3,9 +3,9 @@
 //! One substep of length `h`:
 //! 1. outside influences and partners' impulses change velocities (`push`);
 //! 2. edges (`stretch`) and hinges (`bend`) are solved once each, Gauss–Seidel by blocks of vertices (`vertex`);
-//! 3. vertices, and points of edges and faces that come nearer (`search`, `lattice`), meet walls, stand-ins of rigid
-//!    partners (`proxy`) and samples of soft ones (`samples`), and cloth meets cloth (`own`, `pair`), with Coulomb
-//!    friction (`contact`);
+//! 3. vertices, and points of edges and faces that come nearer (`search`), meet walls and stand-ins of rigid partners
+//!    (`proxy`), samples of soft partners meet what of the cloth is nearest to them (`samples`, `cover`), and cloth meets
+//!    cloth (`own`, `pair`), with Coulomb friction (`contact`);
 //! 4. positions move by `h u`.
 //!
 //! Corrections of positions are kept as impulses `m Δx/h` at the positions where the substep began, and no velocity is
@@ -31,8 +31,8 @@
 //! **Contact** keeps surfaces half a thickness apart from solids, and middle surfaces of cloth a whole one. In a substep
 //! cloth moves less than its thickness relative to other cloth; where it is faster, contact is looked at in up to 16
 //! parts of it, and substeps in which that is not enough are counted in the report. What is nearer than twice the
-//! thickness at rest is left alone. Samples of soft partners are met from either side (`facet`, `side`), so that cloth lies
-//! on leaves, which have no inside; their normals are not used. Self-collision costs about as much as all the rest; `self_collision = false` leaves
+//! thickness at rest is left alone. Samples of soft partners are beads, each of which stays on the side of the cloth on which
+//! it came near (`side`), so that cloth lies on leaves, which have no inside; their normals are not used. Self-collision costs about as much as all the rest; `self_collision = false` leaves
 //! it out by name.
 //!
 //! **Energy** that is stored is half of each constraint times the force that a substep would give at rest, so that what is
@@ -51,8 +51,7 @@ mod cells;
 mod closest;
 mod contact;
 mod course;
-mod facet;
-mod lattice;
+mod cover;
 mod list;
 mod meet;
 mod model;
@@ -70,6 +69,7 @@ mod read;
 mod read_held;
 mod read_partners;
 mod report;
+mod rim;
 mod samples;
 mod scout;
 mod search;

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::bond;
 use crate::contact::{Others, earn, settle};
 use crate::course::{Course, Desk};
+use crate::cover::Cover;
 use crate::near::{Near, Speeds, radius};
 use crate::pair::Pair;
 use crate::scout::Scout;
@@ -78,12 +79,8 @@ impl Sim {
         course.proxies.iter_mut().for_each(|p| p.push(h));
         for (swarm, meeting) in course.swarms.iter_mut().zip(&course.meetings) {
             swarm.at(t);
-            let vertices = &self.vertices;
-            let position = |place: usize| match place.checked_sub(vertices.len()) {
-                Some(k) => meeting.lattice[k].position(vertices),
-                None => vertices[place].x,
-            };
-            swarm.look(position, 0.5 * setting.thickness, setting.parallel);
+            let cover = Cover::new(&self.mesh, &self.vertices, meeting.triangles.clone());
+            swarm.look(&cover, [0.5 * setting.thickness, setting.shortest], setting.parallel);
         }
         let alone = setting.walls.is_empty() && course.proxies.is_empty() && course.swarms.is_empty();
         if alone && self.mesh.friction.is_empty() {

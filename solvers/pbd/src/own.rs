@@ -15,6 +15,8 @@ use crate::vertex::Vertex;
 pub(crate) struct Mesh {
     pub(crate) triangles: Vec<[u32; 3]>,
     pub(crate) edges: Vec<[u32; 2]>,
+    /// Which sides and corners of each triangle lie on a rim, as [`crate::rim`] numbers them.
+    pub(crate) rim: Vec<u8>,
     /// Places of the vertices at rest, each in the frame of its body \[m\].
     pub(crate) rest: Vec<Vec3>,
     /// Static and kinetic friction of each two bodies, row by row; nothing where they pass through each other.

@@ -82,8 +82,6 @@ impl Plugin for Pbd {
             shown.marks = found
                 .and_then(|p| Marks::new(&p.statics))
                 .ok_or_else(|| refused(&format!("samples of `{}` that are not there or have no mass", face.partner)))?;
-            let width = shown.marks.mesh(0.5 * run.model.sim.setting.thickness);
-            shown.lattice = run.model.sim.lattice(face.body, width);
         }
         Ok(())
     }
@@ -172,7 +170,7 @@ impl Plugin for Pbd {
         let near = Near::restore(&mut reader, counts)?;
         let mut sides = Vec::new();
         for shown in &run.shown {
-            sides.push(side::restore(&mut reader, [counts[0] + shown.lattice.len(), shown.marks.len()])?);
+            sides.push(side::restore(&mut reader, [shown.marks.len(), run.model.sim.mesh.triangles.len()])?);
         }
         let bonds = bond::restore(&run.model.bonds, &mut reader, |face| run.shown[face].marks.len())?;
         reader.end()?;
@@ -218,7 +216,7 @@ fn outputs(model: &Model, course: &Course, residuals: &[f64], energy: Energy) ->
         ("largest-gap of a bond [µm]", (widest * 1e6) as u64),
         ("contacts", books.touches),
         ("substeps beyond a thickness", books.too_fast),
-        ("points of cloth gone through samples", course.swarms.iter().map(|s| s.pierced).sum()),
+        ("samples gone through cloth", course.swarms.iter().map(|s| s.pierced).sum()),
     ];
     let report = Report {
         substeps: books.substeps,

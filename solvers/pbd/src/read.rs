@@ -12,6 +12,7 @@ use crate::own::Mesh;
 use crate::params::Params;
 use crate::pull::Pull;
 use crate::push::{Action, Influence};
+use crate::rim;
 use crate::sheet::Sheet;
 use crate::sim::{Setting, Sim};
 use crate::stretch::Edge;
@@ -69,6 +70,7 @@ pub(crate) fn read(plugin: &Descriptor, scene: &SolverScene) -> Result<Model, Pl
     let bonds = reader.bonds(&parts.bound, &faces);
     let actions = reader.actions(&parts.masses);
     parts.mesh.bodies = scene.bodies.len();
+    parts.mesh.rim = rim::of(&parts.mesh.triangles);
     parts.mesh.friction = reader.own_friction();
     let left_out = reader.left_out();
     reader.refused.finish()?;

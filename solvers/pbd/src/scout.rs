@@ -51,13 +51,11 @@ impl Scout<'_, '_> {
             *spot = place.moved(vertices, scale(normal, -step));
         }
         for (s, (swarm, meeting)) in self.course.swarms.iter().zip(&self.course.meetings).enumerate() {
-            let between =
-                swarm.points().iter().filter_map(|&p| (p as usize).checked_sub(vertices.len()).map(|k| (p, k)));
-            for (p, k) in between {
-                let (Some(side), place) = (swarm.sides[p as usize], meeting.lattice[k]) else { continue };
-                let relative = sub(place.velocity(vertices), swarm.velocity(side.sample));
-                let cause = Cause::Sample(s, side.sample);
-                touches.extend(self.note(relative, place, cause, (side.gap, side.out), meeting.surface));
+            let is_free = |place: &Place| !place.parts().any(|(i, _)| self.is_bound(i, Cause::Sample(s, 0)));
+            for contact in swarm.contacts.iter().filter(|c| is_free(&c.place)) {
+                let (place, cause) = (contact.place, Cause::Sample(s, contact.sample));
+                let relative = sub(place.velocity(vertices), swarm.velocity(contact.sample));
+                touches.extend(self.note(relative, place, cause, (contact.gap, contact.out), meeting.surface));
             }
         }
     }
@@ -81,7 +79,7 @@ impl Scout<'_, '_> {
             close(&self.placed[*p], norm(proxy.velocity(middle)) + norm(proxy.twist()[1]) * radius)
         };
         let partners: Vec<usize> = (0..self.placed.len()).filter(near).collect();
-        if walls.is_empty() && partners.is_empty() && self.course.swarms.is_empty() {
+        if walls.is_empty() && partners.is_empty() {
             return;
         }
         for (k, vertex) in vertices.iter_mut().enumerate() {
@@ -94,21 +92,11 @@ impl Scout<'_, '_> {
                 desk.alone.extend(self.note(vertex.u, place, Cause::Wall, (distance - half, normal), surface));
             }
             let alone = desk.alone.len();
-            let bound = |cause: Cause| self.is_bound(from + k, cause);
-            for &p in partners.iter().filter(|p| !bound(Cause::Proxy(**p))) {
+            for &p in partners.iter().filter(|p| !self.is_bound(from + k, Cause::Proxy(**p))) {
                 let Some(surface) = self.setting.partners[p].surface[body] else { continue };
                 let (distance, normal) = self.placed[p].distance(vertex.x);
                 let relative = sub(vertex.u, self.course.proxies[p].velocity(vertex.x));
                 desk.alone.extend(self.note(relative, place, Cause::Proxy(p), (distance - half, normal), surface));
-            }
-            for (s, (swarm, meeting)) in self.course.swarms.iter().zip(&self.course.meetings).enumerate() {
-                if meeting.body != body {
-                    continue;
-                }
-                if let Some(side) = swarm.sides[from + k].filter(|_| !bound(Cause::Sample(s, 0))) {
-                    let (relative, cause) = (sub(vertex.u, swarm.velocity(side.sample)), Cause::Sample(s, side.sample));
-                    desk.alone.extend(self.note(relative, place, cause, (side.gap, side.out), meeting.surface));
-                }
             }
             if desk.alone.len() > alone || busy[from + k] {
                 desk.touches.append(&mut desk.alone);

@@ -1,15 +1,15 @@
 //! Partners that show samples, and vertices that are attached to partners, in one step.
 
-use cosplat_core::boundary::{BoundaryState, Vec3, norm};
+use cosplat_core::boundary::{BoundaryState, norm};
 use cosplat_core::plugin::{Inputs, PluginError};
 
 use crate::course::{Course, Meeting};
+use crate::cover::Cover;
 use crate::list::List;
 use crate::model::{Model, Part};
-use crate::place::Place;
 use crate::plugin::refused;
 use crate::samples::{Marks, Swarm};
-use crate::side::Side;
+use crate::side::Sides;
 
 /// Ties attached vertices to what their partners show in this step.
 pub(crate) fn tie(model: &Model, course: &mut Course, inputs: &Inputs) {
@@ -34,36 +34,32 @@ pub(crate) fn tie(model: &Model, course: &mut Course, inputs: &Inputs) {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Shown {
     pub(crate) marks: Marks,
-    /// Points of triangles that meet the samples.
-    pub(crate) lattice: Vec<Place>,
-    /// Side of each vertex, then of each of those points.
-    pub(crate) sides: Vec<Option<Side>>,
+    /// Of each sample.
+    pub(crate) sides: Vec<Sides>,
     pub(crate) list: List,
 }
 
-/// Partners' samples, and which of them each vertex can meet in `length` \[s\].
+/// Partners' samples, and which triangles each of them can meet in `length` \[s\].
 pub(crate) fn swarms<'a>(
     model: &Model,
     shown: &'a [Shown],
-    known: Vec<(List, Vec<Option<Side>>)>,
+    known: Vec<(List, Vec<Sides>)>,
     inputs: &'a Inputs,
     length: f64,
-) -> Result<(Vec<Swarm<'a>>, Vec<Meeting<'a>>), PluginError> {
+) -> Result<(Vec<Swarm<'a>>, Vec<Meeting>), PluginError> {
     let (mut swarms, mut meetings) = (Vec::new(), Vec::new());
-    for ((face, Shown { marks, lattice, .. }), known) in model.faces.iter().zip(shown).zip(known) {
+    for ((face, Shown { marks, .. }), known) in model.faces.iter().zip(shown).zip(known) {
         let Part::Samples(surface) = face.part else { continue };
         let missing = || refused(&format!("a step without the boundary of `{}`", face.partner));
         let input = inputs.partner(face.id).ok_or_else(missing)?;
         let samples = input.samples(&face.partner, marks.len())?;
         let theirs = samples.velocity.iter().map(|&v| norm(v)).fold(0.0, f64::max);
         let way = (theirs + model.sim.fastest()) * length;
-        let vertices = model.sim.vertices.iter().zip(&model.sim.owner);
-        // Vertices of other cloths are nowhere near.
-        let own = vertices.map(|(v, &body)| if body as usize == face.body { v.x } else { [f64::NAN; 3] });
-        let points: Vec<Vec3> = own.chain(lattice.iter().map(|place| place.position(&model.sim.vertices))).collect();
-        let sizes = [way, model.sim.setting.thickness];
-        swarms.push(Swarm::new(marks, (samples, input), &points, sizes, known));
-        meetings.push(Meeting { body: face.body, surface, lattice });
+        let triangles = model.sim.triangles(face.body);
+        let cover = Cover::new(&model.sim.mesh, &model.sim.vertices, triangles.clone());
+        let sizes = [way, 0.5 * model.sim.setting.thickness];
+        swarms.push(Swarm::new(marks, (samples, input), &cover, sizes, known));
+        meetings.push(Meeting { surface, triangles });
     }
     Ok((swarms, meetings))
 }

@@ -1,5 +1,7 @@
 //! One substep, and the steps made of them.
 
+use std::ops::Range;
+
 use cosplat_core::boundary::{Vec3, add, norm, scale};
 use cosplat_core::plugin::{PluginError, Pulse, Signal};
 use rayon::prelude::*;
@@ -91,6 +93,13 @@ impl Sim {
     /// Largest speed of a vertex \[m/s\].
     pub(crate) fn fastest(&self) -> f64 {
         self.vertices.iter().map(|v| norm(v.u)).fold(0.0, f64::max)
+    }
+
+    /// Triangles of a body among those of all.
+    pub(crate) fn triangles(&self, body: usize) -> Range<usize> {
+        let owner = |t: &[u32; 3]| self.owner[t[0] as usize] as usize;
+        let all = &self.mesh.triangles;
+        all.partition_point(|t| owner(t) < body)..all.partition_point(|t| owner(t) <= body)
     }
 
     /// Covers a step.

@@ -118,7 +118,7 @@ fn settle(material: &str, window: f64) -> [f64; 2] {
         let out = run.step_with(&Inputs { partners: vec![partner], impulses: Vec::new() }).expect("a step");
         let Impulses::Samples(each) = &out.impulses[0].1 else { panic!("impulses") };
         bed.advance(window, each);
-        assert_eq!(out.report.counters["points of cloth gone through samples"], 0, "{material}, window {i}");
+        assert_eq!(out.report.counters["samples gone through cloth"], 0, "{material}, window {i}");
         if i >= windows / 2 {
             sum += bed.state.iter().map(|c| begin - c[LAYERS - 1][0]).sum::<f64>() / count as f64;
             seen += 1.0;

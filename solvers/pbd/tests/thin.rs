@@ -103,7 +103,7 @@ fn push(axes: [[f64; 3]; 2], from: f64, speed: f64) -> Run {
         let now = BoundaryState::Samples(samples);
         let input = PartnerInput { interface: 1, rule: MotionRule::Linear, now, next: None, length_s: WINDOW };
         let out = run.step_with(&Inputs { partners: vec![input], impulses: Vec::new() }).expect("a step");
-        gone += out.report.counters["points of cloth gone through samples"];
+        gone += out.report.counters["samples gone through cloth"];
         let v = run.vertices("sheet");
         let through = pierced(&leaf.positions(t + WINDOW), &edges, &v, &triangles);
         assert_eq!(through, 0, "window {window} of {windows}, at {speed} m/s");
