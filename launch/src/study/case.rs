@@ -121,6 +121,8 @@ pub(crate) enum Measure {
     Max,
     /// At the end of the interval.
     Final,
+    /// Period of a swing, whatever its place and size.
+    Period,
 }
 
 /// What must not change.
@@ -165,6 +167,8 @@ pub(crate) struct Gate {
 pub(crate) enum Claim {
     /// The order of convergence lies between these.
     Order([f64; 2]),
+    /// The factor by which the error changes per unit of the axis lies between these.
+    Decay([f64; 2]),
     /// No error is larger.
     Error(f64),
     /// Every run ends like this.

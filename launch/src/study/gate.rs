@@ -26,9 +26,10 @@ pub(crate) fn judge(gate: &Gate, quantities: &[Quantity], rows: &[Row], groups: 
                     Some(row) => (Some(false), format!("{}: {}", row.name(), word(row))),
                 }
             }
-            Claim::Order(range) => {
+            Claim::Order(range) | Claim::Decay(range) => {
                 let groups = groups.iter().filter(|g| g.rows.iter().any(|&i| meant(&rows[i])));
-                order_within(range, groups, rows, error)
+                let fit = if matches!(gate.claim, Claim::Order(_)) { an_order } else { a_decay };
+                within(range, fit, groups, rows, error)
             }
         }
     };
@@ -44,8 +45,24 @@ fn error_below(limit: f64, rows: &[&Row], error: impl Fn(&Row) -> Option<f64>) -
     (Some(worst <= limit), format!("{worst:.4e}"))
 }
 
-fn order_within<'a>(
+/// What is fitted along the axis, and in words; none where there are too few levels.
+type Fitted = Option<(f64, String)>;
+
+fn an_order(levels: &[(f64, f64)]) -> Fitted {
+    let fit = order::fit(levels).filter(|fit| fit.levels == levels.len())?;
+    Some(match fit.plus_minus {
+        Some(interval) => (fit.order, format!("{:.3} ± {interval:.3}", fit.order)),
+        None => (fit.order, format!("{:.3}", fit.order)),
+    })
+}
+
+fn a_decay(levels: &[(f64, f64)]) -> Fitted {
+    order::decay(levels).map(|factor| (factor, format!("{factor:.6} per unit")))
+}
+
+fn within<'a>(
     [least, most]: [f64; 2],
+    fit: impl Fn(&[(f64, f64)]) -> Fitted,
     groups: impl Iterator<Item = &'a Group>,
     rows: &[Row],
     error: impl Fn(&Row) -> Option<f64>,
@@ -53,15 +70,12 @@ fn order_within<'a>(
     let (mut passed, mut measured) = (true, Vec::new());
     for group in groups {
         let levels: Vec<_> = group.rows.iter().filter_map(|&i| Some((rows[i].axis?, error(&rows[i])?))).collect();
-        // A level without an error would be the one that spoils the order.
-        let fit = order::fit(&levels).filter(|fit| fit.levels == group.rows.len());
-        passed &= fit.as_ref().is_some_and(|fit| fit.order >= least && fit.order <= most);
+        // A level without an error would be the one that spoils the fit.
+        let fit = fit(&levels).filter(|_| levels.len() == group.rows.len());
+        passed &= fit.as_ref().is_some_and(|(value, _)| (least..=most).contains(value));
         measured.push(match fit {
             None => format!("only {} of {} runs can be fitted", levels.len(), group.rows.len()),
-            Some(fit) => match fit.plus_minus {
-                Some(interval) => format!("{:.3} ± {interval:.3}", fit.order),
-                None => format!("{:.3}", fit.order),
-            },
+            Some((_, words)) => words,
         });
     }
     (Some(passed && !measured.is_empty()), measured.join(", "))
@@ -100,6 +114,14 @@ mod tests {
         assert_eq!(passed(&[("clock.window", "7")], Claim::Error(0.02)), None);
         assert_eq!(passed(&[], Claim::Outcome(Class::Correct)), Some(true));
         assert!(judged(&[], Claim::Order([1.9, 2.1]), &rows).measured.starts_with("2.000"));
+    }
+
+    #[test]
+    fn a_decay_is_a_factor_per_unit_of_the_axis() {
+        let rows = [100.0, 200.0, 300.0].map(|sweeps| row(sweeps, Some(0.3 * 0.99_f64.powf(sweeps))));
+        assert_eq!(judged(&[], Claim::Decay([0.989_99, 0.990_01]), &rows).passed, Some(true));
+        assert_eq!(judged(&[], Claim::Decay([0.991, 0.992]), &rows).passed, Some(false));
+        assert_eq!(judged(&[], Claim::Decay([0.98, 1.0]), &rows[..1]).passed, Some(false));
     }
 
     #[test]

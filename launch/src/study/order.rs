@@ -54,6 +54,17 @@ pub(crate) fn fit(levels: &[(f64, f64)]) -> Option<Fit> {
     })
 }
 
+/// Factor by which errors change per unit of the axis, `e = C f^x`, by least squares on `log(e)`; none where a level
+/// is not positive, or with less than two.
+pub(crate) fn decay(levels: &[(f64, f64)]) -> Option<f64> {
+    let count = levels.len() as f64;
+    let mean = |part: &dyn Fn(&(f64, f64)) -> f64| levels.iter().map(part).sum::<f64>() / count;
+    let (x, y) = (mean(&|l| l.0), mean(&|l| l.1.ln()));
+    let spread: f64 = levels.iter().map(|l| (l.0 - x).powi(2)).sum();
+    let factor = (levels.iter().map(|l| (l.0 - x) * (l.1.ln() - y)).sum::<f64>() / spread).exp();
+    (levels.len() > 1 && factor.is_finite() && factor > 0.0).then_some(factor)
+}
+
 /// A straight line through logarithms.
 struct Line {
     slope: f64,

@@ -149,7 +149,7 @@ fn quantity(section: &Section<'_>, folder: &Path) -> Option<Quantity> {
 
 fn comparison(section: &Section<'_>, folder: &Path) -> Option<Comparison> {
     let (exact, table, between) = (section.get("exact"), section.get("table"), section.get("between"));
-    let measures = [("l2", Measure::L2), ("max", Measure::Max), ("final", Measure::Final)];
+    let measures = [("l2", Measure::L2), ("max", Measure::Max), ("final", Measure::Final), ("period", Measure::Period)];
     let measure = section.get("measure").and_then(|item| item.word(&measures)).unwrap_or(Measure::L2);
     let mut scale = section.positive("scale");
     let spread = section.positive("spread").unwrap_or(0.0);

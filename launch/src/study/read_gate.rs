@@ -23,13 +23,14 @@ fn gate(section: &Section<'_>, quantities: &[Quantity], vary: &[Factor]) -> Opti
         Some(name.to_owned())
     });
     let reason = section.need("reason", "say why this must hold: the order of the scheme, a published figure");
-    let claims = [section.get("order"), section.get("error"), section.get("outcome")];
+    let claims = [section.get("order"), section.get("decay"), section.get("error"), section.get("outcome")];
     let claim = match claims.each_ref().map(Option::as_ref) {
-        [Some(order), None, None] => order_range(order, vary, &place)?,
-        [None, Some(_), None] => Claim::Error(section.positive("error")?),
-        [None, None, Some(outcome)] => Claim::Outcome(outcome.word(&CLASSES)?),
+        [Some(order), None, None, None] => Claim::Order(range(order, vary, &place, "the order")?),
+        [None, Some(decay), None, None] => Claim::Decay(range(decay, vary, &place, "the factor per unit")?),
+        [None, None, Some(_), None] => Claim::Error(section.positive("error")?),
+        [None, None, None, Some(outcome)] => Claim::Outcome(outcome.word(&CLASSES)?),
         _ => {
-            let help = "write `order = [1.9, 2.1]`, `error = 0.02` or `outcome = \"refused\"`";
+            let help = "write `order = [1.9, 2.1]`, `decay = [0.98, 0.99]`, `error = 0.02` or `outcome = \"refused\"`";
             section.error("must claim one thing", Some(help.into()));
             return None;
         }
@@ -37,16 +38,17 @@ fn gate(section: &Section<'_>, quantities: &[Quantity], vary: &[Factor]) -> Opti
     Some(Gate { name, r#where: place, quantity, claim, reason: reason?.text()?.to_owned() })
 }
 
-fn order_range(item: &Item<'_>, vary: &[Factor], place: &[(String, String)]) -> Option<Claim> {
+/// The least and the most of something that is fitted along the axis.
+fn range(item: &Item<'_>, vary: &[Factor], place: &[(String, String)], what: &str) -> Option<[f64; 2]> {
     let numbers: Vec<f64> = item.items().iter().filter_map(Item::number).collect();
     let axis = vary.last().filter(|f| f.values.iter().filter(|v| v.number().is_some()).count() > 1);
     if axis.is_none_or(|axis| place.iter().any(|(key, _)| *key == axis.key)) {
         item.error("needs several numbers of the last key of `[vary]`, and no fixed value of it in `where`");
     }
     match numbers.as_slice() {
-        [least, most] if least <= most => Some(Claim::Order([*least, *most])),
+        [least, most] if least <= most => Some([*least, *most]),
         _ => {
-            item.error("must be the smallest and the largest order that pass, as in [1.9, 2.1]");
+            item.error(&format!("must be the smallest and the largest value of {what} that pass, as in [1.9, 2.1]"));
             None
         }
     }

@@ -72,6 +72,7 @@ fn failed_gates(case: &CaseResult, with_name: bool, paint: Paint) -> String {
         let place: Vec<String> = gate.gate.r#where.iter().map(|(key, value)| format!("{key}={value}")).collect();
         let claim = match gate.gate.claim {
             Claim::Order([least, most]) => format!("an order between {least} and {most}"),
+            Claim::Decay([least, most]) => format!("a factor per unit of the axis between {least} and {most}"),
             Claim::Error(most) => format!("an error of at most {most}"),
             Claim::Outcome(class) => format!("the outcome {}", class.word()),
         };

@@ -13,6 +13,7 @@ use crate::study::result::{CaseResult, Group, Judged, Measured, Row};
 fn claim(claim: Claim) -> String {
     match claim {
         Claim::Order([least, most]) => format!("order between {} and {}", limit(least), limit(most)),
+        Claim::Decay([least, most]) => format!("factor per unit of the axis between {least} and {most}"),
         Claim::Error(most) => format!("error of at most {}", limit(most)),
         Claim::Outcome(class) => format!("every run is {}", class.word()),
     }
@@ -93,6 +94,7 @@ pub(super) fn quantities(case: &CaseResult) -> Markup {
             Some(Measure::L2) => "root mean square, relative",
             Some(Measure::Max) => "largest difference, relative",
             Some(Measure::Final) => "difference at the end, relative",
+            Some(Measure::Period) => "difference of the periods, relative",
             None => "largest deviation, relative; not in the error of the case where something has a reference",
         };
         vec![html! { code { (q.name) } }, html! { (norm) }, html! { (q.reference) }]
