@@ -43,6 +43,7 @@ fn coupled() -> Plan {
             rule: MotionRule::Linear,
             a: side(0, "hard"),
             b: side(1, "soft"),
+            at_once: false,
             from_a: None,
             from_b: 0,
             impulses: Some(2),

@@ -126,7 +126,13 @@ fn contacts(search: &Search, left_out: &mut Vec<LeftOut>, refusals: &mut Vec<Ref
                 continue;
             }
             match resolver(one, other, said) {
-                Ok((a, b)) => found.push(interface(search.scene, InterfaceKind::Contact, a, b, Vec::new())),
+                Ok((a, b)) => {
+                    let (first, second) = if a == one.side { (one, other) } else { (other, one) };
+                    let shows_samples = second.descriptor.boundary != BoundaryForm::Proxy;
+                    let at_once = shows_samples && first.descriptor.has_feature("sudden-impulses");
+                    let contact = interface(search.scene, InterfaceKind::Contact, a, b, Vec::new());
+                    found.push(Interface { at_once, ..contact });
+                }
                 Err(why) if said.is_some() => refusals.push(Refusal::new(format!("pair `{name}`"), why)),
                 Err(why) => left_out.push(not_coupled(&name, &why)),
             }
@@ -145,6 +151,7 @@ fn interface(scene: &Scene, kind: InterfaceKind, a: Side, b: Side, links: Vec<us
             InterfaceKind::Link => scene.clock.link_scheme,
         },
         rule: scene.clock.motion_rule,
+        at_once: false,
         a,
         b,
         from_a: None,

@@ -143,14 +143,15 @@ fn needs(interface: &Interface, id: InterfaceId, who: ParticipantId, window: u64
         role,
     };
     if let Some(impulses) = interface.impulses {
+        let taken = if interface.at_once { Role::ImpulseAtStart } else { Role::ImpulseSpread };
         return if is_a {
             vec![(0, need(interface.from_b, window, Role::PartnerNow))]
         } else if is_b {
             match (interface.scheme, window) {
                 (Scheme::Centred, _) => vec![(1, need(impulses, window, Role::ImpulseAtStart))],
                 (Scheme::Parallel, 0) => Vec::new(),
-                (Scheme::Parallel, n) => vec![(0, need(impulses, n - 1, Role::ImpulseSpread))],
-                _ => vec![(0, need(impulses, window, Role::ImpulseSpread))],
+                (Scheme::Parallel, n) => vec![(0, need(impulses, n - 1, taken))],
+                _ => vec![(0, need(impulses, window, taken))],
             }
         } else {
             Vec::new()

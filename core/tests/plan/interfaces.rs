@@ -1,6 +1,7 @@
 //! Which bodies meet, who resolves, and which streams that takes.
 
-use cosplat_core::plan::{BoundaryForm, Content, InterfaceKind, Plan};
+use cosplat_core::plan::schedule::{Role, steps};
+use cosplat_core::plan::{BoundaryForm, Content, InterfaceKind, Plan, build};
 use cosplat_core::plugin::{InterfaceRole, ViewRole};
 use cosplat_core::scene::{Material, Scheme};
 
@@ -35,6 +36,21 @@ fn the_softer_kind_resolves() {
     let mut wanted = wanted.to_vec();
     wanted.sort_unstable();
     assert_eq!(turned_names, wanted, "the order in the scene decided");
+}
+
+#[test]
+fn samples_take_the_impulses_of_a_sudden_resolver_at_once() {
+    let mut plugins = plugins();
+    plugins.values_mut().filter(|d| d.name == "smoke").for_each(|d| d.features.push("sudden-impulses".into()));
+    let (plan, _) = build(&four_kinds(), &plugins, 4).expect("all of them meet");
+    let sudden: Vec<_> = plan.interfaces.iter().filter(|i| i.at_once).map(|i| i.name.as_str()).collect();
+    assert_eq!(sudden, ["cloud~mud", "cloud~toy"], "a rigid body moves smoothly under what is spread");
+    for interface in &plan.interfaces {
+        let needs = steps(&plan, interface.b.participant, 3).into_iter().flat_map(|s| s.needs);
+        let mut taken = needs.filter(|n| Some(n.message.stream) == interface.impulses).map(|n| n.role);
+        let role = if interface.at_once { Role::ImpulseAtStart } else { Role::ImpulseSpread };
+        assert!(taken.next() == Some(role) && taken.next().is_none(), "{}", interface.name);
+    }
 }
 
 #[test]

@@ -27,6 +27,7 @@ pub(crate) fn plan(windows: u64) -> Plan {
             rule: MotionRule::Hold,
             a: side(0, "a"),
             b: side(1, "b"),
+            at_once: false,
             from_a: None,
             from_b: 0,
             impulses: Some(1),

@@ -54,7 +54,7 @@ impl Plugin for Smoke {
             roles: vec![InterfaceRole::ResolveSamples, InterfaceRole::ResolveProxy],
             boundary: BoundaryForm::SamplesF32 { normals: false },
             visual: Some(VisualForm::Particles { gradients: false }),
-            features: ["statics", "height-fields", "gravity", "wind"].map(String::from).into(),
+            features: ["statics", "height-fields", "gravity", "wind", "sudden-impulses"].map(String::from).into(),
             params_schema: schema(),
             ..Descriptor::new("smoke", env!("CARGO_PKG_VERSION"), "Smoke in an incompressible gas")
         }
