@@ -24,8 +24,17 @@ const AXES: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [1, 2], [2, 0]];
 
 /// Jump at the middle of four values in a row, a sixth of their third difference.
 #[inline]
-fn jump(u: &[f64], at: usize, s: usize) -> f64 {
-    (u[at - 2 * s] - u[at + s] + 3.0 * (u[at] - u[at - s])) / 6.0
+fn jump(u: [&[f64]; 4], i: usize) -> f64 {
+    (u[0][i] - u[3][i] + 3.0 * (u[2][i] - u[1][i])) / 6.0
+}
+
+/// Rows of `len` numbers of `u` from number `at` on, moved by so many times `s`.
+#[inline]
+fn rows(u: &[f64], at: usize, len: usize, s: usize, by: [isize; 4]) -> [&[f64]; 4] {
+    by.map(|k| {
+        let from = at.wrapping_add_signed(k * s as isize);
+        &u[from..from + len]
+    })
 }
 
 /// Adds `share` of the tensor of `u` \[m/s\] at viscosity `nu` \[m²/s\] to `t`.
@@ -34,40 +43,54 @@ pub(crate) fn add_tensor(grid: &Grid, u: &Faces, nu: f64, share: f64, t: &mut Te
     let n = grid.n;
     for (t, [a, b]) in t.iter_mut().zip(AXES) {
         let (sa, sb) = (grid.s[a], grid.s[b]);
-        let (ua, ub) = (&u[a], &u[b]);
         for_chunks(parallel, t, grid.s[2], &|plane, t| {
             // Middles of cells are needed from one beyond each side, edges from the side on.
             let least = if a == b { 1 } else { PAD };
             if plane < least || plane > n[2] + PAD {
                 return;
             }
-            for y in least..=n[1] + PAD {
-                let first = y * grid.s[1];
-                for x in least..=n[0] + PAD {
-                    let at = plane * grid.s[2] + first + x;
-                    let flux = if a == b {
-                        let mean = 0.5 * (ua[at] + ua[at + sa]);
-                        mean * mean - mean.abs() * jump(ua, at + sa, sa) - 2.0 * rub * (ua[at + sa] - ua[at])
-                    } else {
-                        let (of_a, of_b) = (0.5 * (ua[at - sb] + ua[at]), 0.5 * (ub[at - sa] + ub[at]));
-                        let jumps = of_b.abs() * jump(ua, at, sb) + of_a.abs() * jump(ub, at, sa);
-                        of_a * of_b - 0.5 * jumps - rub * (ua[at] - ua[at - sb] + ub[at] - ub[at - sa])
-                    };
-                    t[first + x] += share * flux;
+            let len = n[0] + PAD + 1 - least;
+            for first in (least..=n[1] + PAD).map(|y| y * grid.s[1] + least) {
+                let (at, t) = (plane * grid.s[2] + first, &mut t[first..first + len]);
+                if a == b {
+                    let u = rows(&u[a], at, len, sa, [-1, 0, 1, 2]);
+                    for (i, t) in t.iter_mut().enumerate() {
+                        let mean = 0.5 * (u[1][i] + u[2][i]);
+                        let flux = mean * mean - mean.abs() * jump(u, i) - 2.0 * rub * (u[2][i] - u[1][i]);
+                        *t += share * flux;
+                    }
+                    continue;
+                }
+                let around = [-2, -1, 0, 1];
+                let (ua, ub) = (rows(&u[a], at, len, sb, around), rows(&u[b], at, len, sa, around));
+                for (i, t) in t.iter_mut().enumerate() {
+                    let (of_a, of_b) = (0.5 * (ua[1][i] + ua[2][i]), 0.5 * (ub[1][i] + ub[2][i]));
+                    let jumps = of_b.abs() * jump(ua, i) + of_a.abs() * jump(ub, i);
+                    let rubbed = rub * (ua[2][i] - ua[1][i] + ub[2][i] - ub[1][i]);
+                    *t += share * (of_a * of_b - 0.5 * jumps - rubbed);
                 }
             }
         });
     }
 }
 
-/// Acceleration of the face of component `a` at number `at` by the tensor \[m/s²\].
+/// Acceleration by the tensor of the `len` faces of component `a` from number `at` on \[m/s²\].
 #[inline]
-pub(crate) fn acceleration(grid: &Grid, t: &Tensor, a: usize, at: usize) -> f64 {
+pub(crate) fn acceleration<'a>(
+    grid: &Grid,
+    t: &'a Tensor,
+    a: usize,
+    at: usize,
+    len: usize,
+) -> impl Fn(usize) -> f64 + use<'a> {
     let [b, c] = [(a + 1) % 3, (a + 2) % 3];
+    let (sa, sb, sc, by) = (grid.s[a], grid.s[b], grid.s[c], 1.0 / grid.h);
+    let part = |t: &'a [f64], from: usize| &t[from..from + len];
     // Entries 3, 4, 5 hold the pairs (0, 1), (1, 2), (2, 0).
-    let (ab, ca) = (&t[3 + a], &t[3 + c]);
-    let along = t[a][at - grid.s[a]] - t[a][at];
-    (along + (ab[at] - ab[at + grid.s[b]]) + (ca[at] - ca[at + grid.s[c]])) / grid.h
+    let along = [part(&t[a], at - sa), part(&t[a], at)];
+    let ab = [part(&t[3 + a], at), part(&t[3 + a], at + sb)];
+    let ca = [part(&t[3 + c], at), part(&t[3 + c], at + sc)];
+    move |i| by * (along[0][i] - along[1][i] + (ab[0][i] - ab[1][i]) + (ca[0][i] - ca[1][i]))
 }
 
 /// Visits the free faces of component `a`, row by row: `each(cell, number)`.

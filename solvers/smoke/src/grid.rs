@@ -107,12 +107,36 @@ pub(crate) fn offset(axis: usize) -> Vec3 {
 }
 
 /// Calls `each(number, chunk)` for chunks of fixed size: what is in them cannot depend on who works on them.
-pub(crate) fn for_chunks(parallel: bool, all: &mut [f64], chunk: usize, each: &(impl Fn(usize, &mut [f64]) + Sync)) {
+pub(crate) fn for_chunks<T: Send>(
+    parallel: bool,
+    all: &mut [T],
+    chunk: usize,
+    each: &(impl Fn(usize, &mut [T]) + Sync),
+) {
     if parallel {
         all.par_chunks_mut(chunk).enumerate().for_each(|(i, part)| each(i, part));
     } else {
         all.chunks_mut(chunk).enumerate().for_each(|(i, part)| each(i, part));
     }
+}
+
+/// As [`for_chunks`], with a number from each chunk, in order.
+pub(crate) fn map_chunks(
+    parallel: bool,
+    all: &mut [f64],
+    chunk: usize,
+    each: &(impl Fn(usize, &mut [f64]) -> f64 + Sync),
+) -> Vec<f64> {
+    if parallel {
+        all.par_chunks_mut(chunk).enumerate().map(|(i, part)| each(i, part)).collect()
+    } else {
+        all.chunks_mut(chunk).enumerate().map(|(i, part)| each(i, part)).collect()
+    }
+}
+
+/// Numbers from `count` planes, in order.
+pub(crate) fn map_planes(parallel: bool, count: usize, each: &(impl Fn(usize) -> f64 + Sync)) -> Vec<f64> {
+    if parallel { (0..count).into_par_iter().map(each).collect() } else { (0..count).map(each).collect() }
 }
 
 #[cfg(test)]

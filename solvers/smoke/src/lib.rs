@@ -14,6 +14,10 @@
 //! of their mass. The moment about the origin that the gas books is that at the faces; a sample takes its impulse where
 //! it is, up to a cell away.
 //!
+//! Samples take the impulses of a window at once, at its start, as their stand-ins do here (`sudden-impulses`): an
+//! inelastic impact, which makes no energy whatever holds the partner. The same impulses spread over the window would
+//! lag behind what vibrates faster than windows follow each other, and drive it.
+//!
 //! **Order.** Second order in space and time where the flow is smooth, first order at solids: they fill whole faces, or
 //! spread over a cell, and stand still over a window. They do not slip; the boundary layer is a cell thick if it would
 //! be thinner.
@@ -23,7 +27,8 @@
 //! air's.
 //!
 //! **Sides** are open unless `open` says otherwise: there the pressure is that of the air around. Where a `wind` enters
-//! and can leave by the opposite side, the side is an inlet with the wind's velocity. Closed sides let the gas slide.
+//! and can leave by the opposite side, the side is an inlet with the wind's velocity, except where a solid stands in it
+//! (`plugs`). Closed sides let the gas slide.
 //!
 //! **Inflow.** With `inflow_rate` the body's shape is a source: it stays full of smoke, and its particles leave in the
 //! order of the body's source, those that wait rest in it. `inflow_velocity` drives the gas in it.
@@ -36,15 +41,19 @@
 //! hydrostatic lift on solids, heat that conducts. Dissipated energy is not summed.
 
 mod confine;
+mod cycle;
 mod fill;
 mod flux;
 mod grid;
+mod march;
+mod matrix;
 mod model;
 mod multigrid;
 mod params;
 mod particles;
 mod partner;
 mod plugin;
+mod plugs;
 mod project;
 mod proxy;
 mod read;

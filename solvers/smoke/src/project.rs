@@ -2,18 +2,18 @@
 
 use cosplat_core::boundary::{Vec3, Wrench, cross};
 
-use crate::grid::{Faces, Grid, for_chunks};
+use crate::grid::{Faces, Grid, for_chunks, map_chunks};
 use crate::multigrid::{Multigrid, Solved};
 use crate::sides::{Side, Sides, free};
 
-/// Sets `out` on the free faces of component `a` to what `value(number)` says.
-pub(crate) fn set_free(
+/// Calls `each(number, number on the pressure's level, row)` for the rows of free faces of component `a` in `out`.
+pub(crate) fn for_free(
     grid: &Grid,
     sides: Sides,
     a: usize,
     out: &mut [f64],
     parallel: bool,
-    value: &(impl Fn(usize) -> f64 + Sync),
+    each: &(impl Fn(usize, usize, &mut [f64]) + Sync),
 ) {
     let mut range = grid.n.map(|n| [2, n + 1]);
     range[a] = free(grid, sides, a).map(|i| (i + 2) as usize);
@@ -21,11 +21,9 @@ pub(crate) fn set_free(
         if !(range[2][0]..=range[2][1]).contains(&plane) {
             return;
         }
-        for y in range[1][0]..=range[1][1] {
-            for x in range[0][0]..=range[0][1] {
-                let at = y * grid.s[1] + x;
-                out[at] = value(plane * grid.s[2] + at);
-            }
+        for row in (range[1][0]..=range[1][1]).map(|y| y * grid.s[1] + range[0][0]) {
+            let at = plane * grid.s[2] + row;
+            each(at, lower(grid, at), &mut out[row..=row + range[0][1] - range[0][0]]);
         }
     });
 }
@@ -55,12 +53,12 @@ pub(crate) struct Projection<'a> {
 impl Projection<'_> {
     /// Sets the weights of faces; once for all solutions with the same solids.
     pub(crate) fn prepare(&self, multigrid: &mut Multigrid) {
-        let level = multigrid.finest();
+        let matrix = &mut multigrid.matrix;
         for a in 0..3 {
-            level.k[a].fill(0.0);
+            matrix.k[a].fill(0.0);
             crate::flux::visit(self.grid, self.sides, a, |cell, at| {
-                let i = level.at(cell);
-                level.k[a][i] = 1.0 / (1.0 + self.ratio[a][at]);
+                let i = matrix.at(cell);
+                matrix.k[a][i] = 1.0 / (1.0 + self.ratio[a][at]);
             });
         }
         multigrid.prepare();
@@ -85,41 +83,51 @@ impl Projection<'_> {
         let steps = [1, grid.n[0] + 2, (grid.n[0] + 2) * (grid.n[1] + 2)];
         for a in 0..3 {
             let (ratio, pull) = (&self.ratio[a], &self.pull[a]);
-            let before = u[a].clone();
-            set_free(grid, sides, a, &mut u[a], parallel, &|at| (before[at] + pull[at]) / (1.0 + ratio[at]));
             if let Some(slack) = &mut slack {
-                slack[a] = before;
+                slack[a].clone_from(&u[a]);
             }
+            for_free(grid, sides, a, &mut u[a], parallel, &|at, _, row| {
+                let (pull, ratio) = (&pull[at..at + row.len()], &ratio[at..at + row.len()]);
+                for ((u, pull), ratio) in row.iter_mut().zip(pull).zip(ratio) {
+                    *u = (*u + pull) / (1.0 + ratio);
+                }
+            });
         }
-        let mut speed = 0.0_f64;
-        b.fill(0.0);
-        for z in 0..grid.n[2] as isize {
-            for y in 0..grid.n[1] as isize {
-                let (first, to) = (grid.at([0, y, z]), lower(grid, grid.at([0, y, z])));
-                for x in 0..grid.n[0] {
-                    let at = first + x;
-                    let ends = [0, 1, 2].map(|a| [u[a][at], u[a][at + grid.s[a]]]);
-                    speed = ends.iter().flatten().fold(speed, |m, v| m.max(v.abs()));
-                    b[to + x] = ends.iter().map(|[low, high]| low - high).sum();
+        let fastest = map_chunks(parallel, b, steps[2], &|plane, b| {
+            b.fill(0.0);
+            let mut speed = 0.0_f64;
+            for y in (0..grid.n[1]).filter(|_| (1..=grid.n[2]).contains(&plane)) {
+                let first = (plane + 1) * grid.s[2] + (y + 2) * grid.s[1] + 2;
+                let ends = [0, 1, 2].map(|a| [0, grid.s[a]].map(|s| &u[a][first + s..first + s + grid.n[0]]));
+                let row = (y + 1) * steps[1] + 1;
+                for (i, b) in b[row..row + grid.n[0]].iter_mut().enumerate() {
+                    let ends = ends.map(|e| e.map(|u| u[i]));
+                    speed = ends.iter().flatten().fold(speed, |m, v| if v.abs() > m { v.abs() } else { m });
+                    *b = ends.iter().map(|[low, high]| low - high).sum();
                 }
             }
-        }
-        let limit = tolerance * speed;
+            speed
+        });
+        let limit = tolerance * fastest.into_iter().fold(0.0, f64::max);
         let solved = multigrid.solve(q, b, limit, self.most, parallel);
         for a in 0..3 {
             let ratio = &self.ratio[a];
-            let before = u[a].clone();
             let q = &*q;
-            set_free(grid, sides, a, &mut u[a], parallel, &|at| {
-                let i = lower(grid, at);
-                before[at] - (q[i] - q[i - steps[a]]) / (1.0 + ratio[at])
+            for_free(grid, sides, a, &mut u[a], parallel, &|at, low, row| {
+                let len = row.len();
+                let (below, q) = (&q[low - steps[a]..low - steps[a] + len], &q[low..low + len]);
+                for (((u, q), below), ratio) in row.iter_mut().zip(q).zip(below).zip(&ratio[at..at + len]) {
+                    *u -= (q - below) / (1.0 + ratio);
+                }
             });
             if let Some(slack) = &mut slack {
-                let (star, u, pull) = (slack[a].clone(), &u[a], &self.pull[a]);
-                set_free(grid, sides, a, &mut slack[a], parallel, &|at| {
-                    let i = lower(grid, at);
-                    let gain = u[at] - star[at] + (q[i] - q[i - steps[a]]);
-                    if ratio[at] > 0.0 { (gain - (pull[at] - ratio[at] * u[at])) / ratio[at] } else { 0.0 }
+                let (u, pull) = (&u[a], &self.pull[a]);
+                for_free(grid, sides, a, &mut slack[a], parallel, &|at, low, row| {
+                    for (i, slack) in row.iter_mut().enumerate() {
+                        let (ratio, u, pull) = (ratio[at + i], u[at + i], pull[at + i]);
+                        let gain = u - *slack + (q[low + i] - q[low + i - steps[a]]);
+                        *slack = if ratio > 0.0 { (gain - (pull - ratio * u)) / ratio } else { 0.0 };
+                    }
                 });
             }
         }

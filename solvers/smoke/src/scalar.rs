@@ -8,37 +8,49 @@ use crate::grid::{Faces, Grid, for_chunks};
 #[inline]
 fn limited(far: f64, near: f64, down: f64) -> f64 {
     let (up, next) = (near - far, down - near);
-    if up * next <= 0.0 {
-        return near;
-    }
     let least = (2.0 * next.abs()).min((up.abs() + 2.0 * next.abs()) / 3.0).min(2.0 * up.abs());
-    near + (0.5 * least).copysign(next)
+    let slope = if up * next > 0.0 { least } else { 0.0 };
+    near + (0.5 * slope).copysign(next)
+}
+
+/// Fluxes through the faces of a row that begins at number `at`, across steps of `s`.
+#[inline]
+fn fluxes(u: &[f64], c: &[f64], at: usize, s: usize, out: &mut [f64]) {
+    let len = out.len();
+    let part = |from: usize| &c[from..from + len];
+    let (u, c) = (&u[at..at + len], [part(at - 2 * s), part(at - s), part(at), part(at + s)]);
+    for (i, out) in out.iter_mut().enumerate() {
+        let from_below = u[i] > 0.0;
+        let [far, near, down] = if from_below { [c[0][i], c[1][i], c[2][i]] } else { [c[3][i], c[2][i], c[1][i]] };
+        *out = u[i] * limited(far, near, down);
+    }
 }
 
 /// `out = c + dt ċ` for the fluxes of `c` by `u`, both padded.
 pub(crate) fn carry(grid: &Grid, u: &Faces, c: &[f64], dt: f64, out: &mut [f64], parallel: bool) {
     let by = dt / grid.h;
+    let n = grid.n[0];
     for_chunks(parallel, out, grid.s[2], &|plane, out| {
         if plane < 2 || plane >= grid.n[2] + 2 {
             return;
         }
-        for y in 2..grid.n[1] + 2 {
-            for x in 2..grid.n[0] + 2 {
-                let at = plane * grid.s[2] + y * grid.s[1] + x;
-                let mut sum = 0.0;
-                for (&s, u) in grid.s.iter().zip(u) {
-                    let flux = |at: usize| {
-                        let v = u[at];
-                        let value = if v > 0.0 {
-                            limited(c[at - 2 * s], c[at - s], c[at])
-                        } else {
-                            limited(c[at + s], c[at], c[at - s])
-                        };
-                        v * value
-                    };
-                    sum += flux(at) - flux(at + s);
-                }
-                out[at - plane * grid.s[2]] = c[at] + by * sum;
+        // Across x a row has all its faces; across y its upper ones are the next row's lower ones; planes are on
+        // their own.
+        let mut x = vec![0.0; n + 1];
+        let [mut y, mut upper_y, mut z, mut upper_z] = std::array::from_fn(|_| vec![0.0; n]);
+        let [_, sy, sz] = grid.s;
+        fluxes(&u[1], c, plane * sz + 2 * sy + 2, sy, &mut upper_y);
+        for row in (2..grid.n[1] + 2).map(|y| y * sy + 2) {
+            let at = plane * sz + row;
+            std::mem::swap(&mut y, &mut upper_y);
+            fluxes(&u[0], c, at, 1, &mut x);
+            fluxes(&u[1], c, at + sy, sy, &mut upper_y);
+            fluxes(&u[2], c, at, sz, &mut z);
+            fluxes(&u[2], c, at + sz, sz, &mut upper_z);
+            let (c, lower_x, upper_x) = (&c[at..at + n], &x[..n], &x[1..]);
+            for (i, out) in out[row..row + n].iter_mut().enumerate() {
+                let sum = lower_x[i] - upper_x[i] + (y[i] - upper_y[i]) + (z[i] - upper_z[i]);
+                *out = c[i] + by * sum;
             }
         }
     });

@@ -9,10 +9,11 @@
 //! Samples give their mass to eight faces of each component, linearly, and are moved by what these faces took. Solids
 //! with a shape fill the faces whose middle is inside.
 
-use cosplat_core::boundary::{Vec3, Wrench, add, cross, norm, scale, sub};
+use cosplat_core::boundary::{Vec3, Wrench, cross, norm, scale, sub};
 use cosplat_core::distance::{Placed, Shape, SignedDistance};
 
 use crate::grid::{Faces, Grid, offset};
+use crate::plugs::Plugs;
 use crate::proxy::Proxy;
 use crate::sides::{Sides, free};
 
@@ -112,6 +113,8 @@ pub(crate) struct Solids {
     /// Sum of mass ratios on each face, and of their product with velocities \[m/s\].
     pub(crate) ratio: Faces,
     pub(crate) pull: Faces,
+    /// Faces of inlets with solids on them.
+    pub(crate) plugs: Plugs,
 }
 
 impl Solids {
@@ -135,7 +138,7 @@ impl Solids {
     }
 
     /// Puts all masses on the faces: once a window, in which nothing moves.
-    pub(crate) fn place(&mut self, grid: &Grid) {
+    pub(crate) fn place(&mut self, grid: &Grid, sides: Sides) {
         self.ratio = grid.faces();
         for f in &self.filled {
             for &(a, cell) in &f.faces {
@@ -147,11 +150,15 @@ impl Solids {
                 Self::near(grid, *x, |a, at, weight| self.ratio[a][at] += weight * ratio);
             }
         }
+        self.plugs = Plugs::find(grid, sides, &self.ratio);
     }
 
     /// Puts all velocities on the faces: before each substep.
     pub(crate) fn pull(&mut self, grid: &Grid) {
-        self.pull = grid.faces();
+        self.pull.iter_mut().for_each(|all| {
+            all.clear();
+            all.resize(grid.size, 0.0);
+        });
         for f in &self.filled {
             for &(a, cell) in &f.faces {
                 let v = match &f.kind {
@@ -209,16 +216,18 @@ impl Solids {
             let (mut all, mut gross, mut work) = (Wrench::default(), 0.0, 0.0);
             for i in 0..set.x.len() {
                 let (v, ratio) = (set.v[i], set.ratio[i]);
-                let mut given: Vec3 = [0.0; 3];
+                // Each sample's sum first: a sum of so many terms would lose digits that its parts have.
+                let mut given = Wrench::default();
                 Self::near(grid, set.x[i], |a, at, weight| {
                     if let Some(cell) = is_free(a, at) {
                         let mut j = [0.0; 3];
                         j[a] = mass * weight * ratio * (v[a] - u[a][at] + slack[a][at]);
-                        all = all.plus(Wrench { linear: j, angular: cross(grid.face(a, cell), j) });
+                        given = given.plus(Wrench { linear: j, angular: cross(grid.face(a, cell), j) });
                         work += j[a] * u[a][at];
-                        given = add(given, j);
                     }
                 });
+                all = all.plus(given);
+                let given = given.linear;
                 gross += norm(given);
                 set.v[i] = sub(v, scale(given, 1.0 / (mass * ratio)));
                 set.taken[i] = sub(set.taken[i], given);

@@ -4,12 +4,13 @@ use cosplat_core::boundary::{Vec3, Wrench, cross, norm, scale};
 use cosplat_core::plugin::{PluginError, Pulse, Signal};
 
 use crate::confine::confine;
-use crate::flux::{Tensor, acceleration, across_sides, add_tensor, visit};
+use crate::flux::{Tensor, across_sides, add_tensor, visit};
 use crate::grid::{Faces, Grid};
+use crate::march::{Parts, lifted, marched};
 use crate::model::Model;
 use crate::multigrid::{Multigrid, Solved};
 use crate::particles::drift;
-use crate::project::{Projection, set_free};
+use crate::project::Projection;
 use crate::scalar::{carry, mean};
 use crate::sides::{Sides, pad_field, pad_velocity};
 use crate::solids::Solids;
@@ -44,6 +45,7 @@ pub(crate) struct Scratch {
     pub(crate) multigrid: Multigrid,
     tensor: Tensor,
     guess: Faces,
+    before: Faces,
     body: Faces,
     first: Vec<f64>,
     second: Vec<f64>,
@@ -55,7 +57,7 @@ impl Scratch {
     /// Spoils what must not be read before it is written.
     #[cfg(test)]
     pub(crate) fn spoil(&mut self, which: usize, value: f64) {
-        let Self { tensor, guess, body, first, second, q, b, .. } = self;
+        let Self { tensor, guess, before, body, first, second, q, b, .. } = self;
         match which {
             0 => tensor.iter_mut().for_each(|t| t.fill(value)),
             1 => guess.iter_mut().for_each(|t| t.fill(value)),
@@ -64,16 +66,18 @@ impl Scratch {
             4 => second.fill(value),
             5 => q.fill(value),
             6 => b.fill(value),
+            7 => before.iter_mut().for_each(|t| t.fill(value)),
             _ => self.multigrid.spoil(value),
         }
     }
 
     pub(crate) fn new(grid: &Grid) -> Self {
-        let mut multigrid = Multigrid::new(grid.n);
-        let none = vec![0.0; multigrid.finest().size()];
+        let multigrid = Multigrid::new(grid.n);
+        let none = vec![0.0; multigrid.matrix.size()];
         let tensor = std::array::from_fn(|_| grid.field());
-        let (guess, body) = (grid.faces(), grid.faces());
-        Self { multigrid, tensor, guess, body, first: grid.field(), second: grid.field(), q: none.clone(), b: none }
+        let [guess, before, body] = std::array::from_fn(|_| grid.faces());
+        let [first, second] = std::array::from_fn(|_| grid.field());
+        Self { multigrid, tensor, guess, before, body, first, second, q: none.clone(), b: none }
     }
 
     /// Numbers on the finest level of the pressure.
@@ -144,7 +148,7 @@ impl Course<'_> {
 
     /// Covers the step.
     pub(crate) fn run(&mut self, pulse: &mut dyn Pulse, pool: Option<&rayon::ThreadPool>) -> Result<(), PluginError> {
-        self.solids.place(&self.model.grid);
+        self.solids.place(&self.model.grid, self.model.sides);
         let mut time = 0.0;
         while time < self.length {
             let now = self.start + time;
@@ -182,12 +186,14 @@ impl Course<'_> {
         let Self { model, store, scratch, solids, books, .. } = self;
         let (model, grid) = (*model, &model.grid);
         let (sides, ambient) = (model.sides, model.ambient(now));
-        let lift = scale(model.gravity(now, now + dt), 0.5 * model.heavier);
+        let lift = scale(model.gravity(now, now + dt), 0.25 * model.heavier);
+        let parts = Parts { grid, sides, parallel };
         solids.pull(grid);
-        let Scratch { multigrid, tensor, guess, body, first, second, q, b } = &mut **scratch;
+        let Scratch { multigrid, tensor, guess, before, body, first, second, q, b } = &mut **scratch;
 
         // A first guess of the velocity at the end.
         pad_velocity(grid, sides, ambient, &mut store.u);
+        solids.plugs.close(ambient, &solids.pull, &mut store.u);
         pad_field(grid, sides, &store.u, &mut store.c);
         for t in tensor.iter_mut() {
             t.fill(0.0);
@@ -197,15 +203,9 @@ impl Course<'_> {
         let by = dt / grid.h;
         guess.clone_from(&store.u);
         for a in 0..3 {
-            let (c, s, u) = (&store.c, grid.s[a], &store.u[a]);
-            let pushed = pushed.as_ref().map(|f| &f[a]);
-            set_free(grid, sides, a, &mut body[a], parallel, &|at| {
-                lift[a] * (c[at] + c[at - s]) + pushed.map_or(0.0, |f| f[at])
-            });
-            let body = &body[a];
-            set_free(grid, sides, a, &mut guess[a], parallel, &|at| {
-                u[at] + dt * (2.0 * acceleration(grid, tensor, a, at) + body[at])
-            });
+            let pushed = pushed.as_ref().map(|f| &f[a][..]);
+            lifted(&parts, a, lift[a], [&store.c, &store.c], pushed, &mut body[a]);
+            marched(&parts, a, &store.u[a], (tensor, 2.0), &body[a], dt, &mut guess[a]);
         }
         let (tolerance, most) = (model.params.divergence, model.params.iterations);
         let projection = Projection { grid, sides, ratio: &solids.ratio, pull: &solids.pull, most, parallel };
@@ -214,6 +214,7 @@ impl Course<'_> {
         let (rough, _) = projection.solve(ROUGH * tolerance, guess, q, b, multigrid, None);
         books.iterations += rough.iterations;
         pad_velocity(grid, sides, ambient, guess);
+        solids.plugs.close(ambient, &solids.pull, guess);
 
         // Heun's rule: the mean of what both velocities carry.
         first.clone_from(&store.c);
@@ -223,22 +224,15 @@ impl Course<'_> {
         carry(grid, guess, first, dt, second, parallel);
         add_tensor(grid, guess, model.nu, 0.5, tensor, parallel);
         for a in 0..3 {
-            let (c, then, s) = (&store.c, &*first, grid.s[a]);
-            let pushed = pushed.as_ref().map(|f| &f[a]);
-            set_free(grid, sides, a, &mut body[a], parallel, &|at| {
-                let both = c[at] + c[at - s] + then[at] + then[at - s];
-                0.5 * lift[a] * both + pushed.map_or(0.0, |f| f[at])
-            });
+            let pushed = pushed.as_ref().map(|f| &f[a][..]);
+            lifted(&parts, a, lift[a], [&store.c, first], pushed, &mut body[a]);
         }
         mean(&mut store.c, second);
         model.source.iter().for_each(|&cell| store.c[cell] = 1.0);
-        let before = std::mem::take(&mut store.u);
+        std::mem::swap(&mut store.u, before);
         store.u.clone_from(guess);
         for a in 0..3 {
-            let (u, body) = (&before[a], &body[a]);
-            set_free(grid, sides, a, &mut store.u[a], parallel, &|at| {
-                u[at] + dt * (acceleration(grid, tensor, a, at) + body[at])
-            });
+            marched(&parts, a, &before[a], (tensor, 1.0), &body[a], dt, &mut store.u[a]);
         }
 
         let mass = model.cell_mass();
@@ -251,7 +245,8 @@ impl Course<'_> {
         books.take(solved, limit, tolerance);
         solids.book(grid, sides, &store.u, guess, mass, dt);
         pad_velocity(grid, sides, ambient, &mut store.u);
-        drift(model, &before, &store.u, &mut store.x, now, dt, parallel);
+        solids.plugs.close(ambient, &solids.pull, &mut store.u);
+        drift(model, before, &store.u, &mut store.x, now, dt, parallel);
     }
 }
 
@@ -269,13 +264,15 @@ impl Books {
 pub(crate) fn begin(model: &Model, store: &mut Store, scratch: &mut Scratch) {
     let (grid, sides, ambient) = (&model.grid, model.sides, model.ambient(0.0));
     let mut solids = Solids { filled: model.fixed.clone(), ..Solids::default() };
-    solids.place(grid);
+    solids.place(grid, sides);
     solids.pull(grid);
     pad_velocity(grid, sides, ambient, &mut store.u);
+    solids.plugs.close(ambient, &solids.pull, &mut store.u);
     let (ratio, pull, most) = (&solids.ratio, &solids.pull, model.params.iterations);
     let projection = Projection { grid, sides, ratio, pull, most, parallel: false };
     projection.prepare(&mut scratch.multigrid);
     let tolerance = model.params.divergence;
     projection.solve(tolerance, &mut store.u, &mut scratch.q, &mut scratch.b, &mut scratch.multigrid, None);
     pad_velocity(grid, sides, ambient, &mut store.u);
+    solids.plugs.close(ambient, &solids.pull, &mut store.u);
 }

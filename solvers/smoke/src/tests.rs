@@ -204,7 +204,7 @@ fn nothing_in_working_memory_outlives_a_substep() {
     let mut lab = Lab { model, store: start.clone(), scratch };
     lab.advance(0.0, 0.05);
     let first = lab.store.clone();
-    for which in 0..8 {
+    for which in 0..9 {
         for value in [f64::NAN, 3.0] {
             lab.store = start.clone();
             lab.scratch.spoil(which, value);

@@ -8,21 +8,14 @@ use cosplat_conformance::{Case, assert_conforms};
 use cosplat_core::boundary::{BoundaryState, SampleStatics};
 use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{Inputs, PartnerSetup, SolverScene};
-use cosplat_core::scene::{Pose, Source, StaticCollider, Wall};
+use cosplat_core::scene::Source;
 use cosplat_smoke::Smoke;
 
 /// Smoke in the wind over a floor.
 fn floor() -> SolverScene {
     let mut scene = windy(0.01);
     scene.threads = 1;
-    scene.statics.push(StaticCollider {
-        name: "floor".into(),
-        source: Source::Plane { size_m: None },
-        pose: Pose { position_m: [0.0, 0.0, -0.3], orientation: common::UPRIGHT },
-        wall: Wall::NoSlip,
-        motion: None,
-        color: None,
-    });
+    scene.statics.push(common::wall("floor", Source::Plane { size_m: None }, [0.0, 0.0, -0.3]));
     scene
 }
 

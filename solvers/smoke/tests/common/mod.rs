@@ -8,7 +8,8 @@ use cosplat_core::plugin::{
     ViewRole,
 };
 use cosplat_core::scene::{
-    Action, ActionKind, Body, ContactLaw, Material, MotionRule, PairSpec, Pose, Source, Space, VelocityField,
+    Action, ActionKind, Body, ContactLaw, Material, MotionRule, PairSpec, Pose, Source, Space, StaticCollider,
+    VelocityField, Wall,
 };
 use cosplat_core::time::{Clock, Span};
 use cosplat_core::visual::VisualState;
@@ -40,6 +41,12 @@ pub(crate) fn wind(velocity_m_s: Vec3) -> Action {
 
 pub(crate) fn gravity(acceleration_m_s2: Vec3) -> Action {
     Action { kind: ActionKind::Gravity { acceleration_m_s2 }, bodies: Vec::new(), from_s: 0.0, until_s: None }
+}
+
+/// A static collider.
+pub(crate) fn wall(name: &str, source: Source, position_m: Vec3) -> StaticCollider {
+    let pose = Pose { position_m, orientation: UPRIGHT };
+    StaticCollider { name: name.into(), source, pose, wall: Wall::NoSlip, motion: None, color: None }
 }
 
 /// A scene with parameters as an object of JSON.
