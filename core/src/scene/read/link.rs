@@ -17,16 +17,12 @@ pub(super) fn link(fields: &Fields<'_>) -> Option<Link> {
         at.error("`anchor` is for links to the world, but this one has `b`".to_owned(), None);
     }
     let first = fields.opt("first", |at| first(&at, &a, b.as_deref()));
-    Some(Link {
-        name: name?,
-        anchor_m: fields.vec3_or_zero("anchor", POSITION),
-        stiffness_n_m: fields.num("stiffness", Limits::not_negative("N/m")),
-        damping_n_s_m: fields.num_or("damping", 0.0, Limits::not_negative("N s/m")),
-        rest_m: fields.vec3_or_zero("rest", POSITION),
-        first,
-        a,
-        b,
-    })
+    let anchor_m = fields.vec3_or_zero("anchor", POSITION);
+    let stiffness_n_m = fields.num("stiffness", Limits::not_negative("N/m"));
+    let damping_n_s_m = fields.num_or("damping", 0.0, Limits::not_negative("N s/m"));
+    let rest_m = fields.vec3_or_zero("rest", POSITION);
+    // All keys are read before this may end: one that was not would be called unknown.
+    Some(Link { name: name?, anchor_m, stiffness_n_m, damping_n_s_m, rest_m, first, a, b })
 }
 
 /// The two bodies; without `b` the other end is the world.

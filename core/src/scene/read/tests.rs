@@ -249,3 +249,10 @@ fn a_height_field_is_ground_and_no_body() {
     let shown = mistakes(&body.replacen("\"point-mass\"", "{ kind = \"rigid\", density = 1.0 }", 1));
     assert!(shown.contains("a body cannot be a height field") && shown.contains("[[static]]"), "{shown}");
 }
+
+#[test]
+fn an_element_without_a_name_has_no_unknown_keys_for_that() {
+    let text = OSCILLATOR.replace("name = \"middle\"\n", "");
+    let shown = mistakes(&text);
+    assert!(shown.contains("key `name` is missing") && !shown.contains("unknown key"), "{shown}");
+}
