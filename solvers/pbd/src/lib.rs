@@ -5,7 +5,7 @@
 //! 2. edges (`stretch`) and hinges (`bend`) are solved once each, Gauss–Seidel by blocks of vertices (`vertex`);
 //! 3. vertices, and points of edges and faces that come nearer (`search`), meet walls and stand-ins of rigid partners
 //!    (`proxy`), samples of soft partners meet what of the cloth is nearest to them (`samples`, `cover`), and cloth meets
-//!    cloth (`own`, `pair`), with Coulomb friction (`contact`);
+//!    cloth (`own`, `pieces`, `tiles`, `pair`), with Coulomb friction (`contact`);
 //! 4. positions move by `h u`.
 //!
 //! Corrections of positions are kept as impulses `m Δx/h` at the positions where the substep began, and no velocity is
@@ -60,6 +60,7 @@ mod own;
 mod pair;
 mod params;
 mod patches;
+mod pieces;
 mod place;
 mod plugin;
 mod proxy;
@@ -80,6 +81,7 @@ mod sim;
 mod stored;
 mod stretch;
 mod tally;
+mod tiles;
 mod vertex;
 
 pub use plugin::Pbd;

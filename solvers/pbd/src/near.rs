@@ -8,8 +8,9 @@ use cosplat_core::boundary::{Vec3, norm, sub};
 use cosplat_core::distance::{Placed, Shape};
 use cosplat_core::plugin::{StateError, StateReader, StateSink};
 
-use crate::own::{self, Candidate};
+use crate::own::Candidate;
 use crate::patches::Patches;
+use crate::pieces;
 use crate::place::Place;
 use crate::proxy::Proxy;
 use crate::search;
@@ -144,7 +145,7 @@ impl Near {
         let closing = h * self.patches.speed(vertices);
         // Touching is also what may be closed by a push, `Candidate::touch`: a twentieth of the thickness more.
         let reach = 1.05 * setting.thickness + allowed.max(closing) + closing;
-        let search = own::Search {
+        let search = pieces::Search {
             mesh: &sim.mesh,
             vertices,
             owner: &sim.owner,
@@ -152,9 +153,7 @@ impl Near {
             thickness: setting.thickness,
             parallel: setting.parallel,
         };
-        let mut list = search.run();
-        list.sort_unstable_by_key(Candidate::key);
-        self.own = Aging { list, moved: 0.0 };
+        self.own = Aging { list: search.run(), moved: 0.0 };
         (self.moved_far, self.at_most) = (0.0, self.patches.side - reach);
     }
 

@@ -16,6 +16,7 @@ use crate::rim;
 use crate::sheet::Sheet;
 use crate::sim::{Setting, Sim};
 use crate::stretch::Edge;
+use crate::tiles::{Cut, Tiles};
 use crate::vertex::{Phases, Vertex, block_size};
 
 /// Squares along the longer side of a sheet without a spacing.
@@ -41,6 +42,7 @@ struct Parts {
     hinges: Vec<Hinge>,
     masses: Vec<f64>,
     mesh: Mesh,
+    cuts: Vec<Cut>,
     pulls: Vec<Pull>,
     /// Attached vertices, the body of each, and what it is attached to.
     bound: Vec<(u32, usize, String)>,
@@ -72,6 +74,9 @@ pub(crate) fn read(plugin: &Descriptor, scene: &SolverScene) -> Result<Model, Pl
     parts.mesh.bodies = scene.bodies.len();
     parts.mesh.rim = rim::of(&parts.mesh.triangles);
     parts.mesh.friction = reader.own_friction();
+    if !parts.mesh.friction.is_empty() {
+        parts.mesh.tiles = Tiles::new(&parts.mesh, &parts.owner, parts.cuts);
+    }
     let left_out = reader.left_out();
     reader.refused.finish()?;
     let params = reader.params;
@@ -173,6 +178,7 @@ impl Reader<'_> {
             let rest = if self.params.relaxed { 0.0 } else { found.map_or(0.0, |(theta, _)| theta) };
             parts.hinges.push(Hinge::new(ends.map(at), rest, bending_compliance_rad_n, bending_relaxation));
         }
+        parts.cuts.push(Cut::new(&sheet.points, sheet.spacing, sheet.squares, 2.0 * self.params.thickness));
         parts.mesh.triangles.extend(sheet.triangles.iter().map(|t| t.map(at)));
         parts.mesh.edges.extend(sheet.edges.iter().map(|(ends, _)| ends.map(at)));
         parts.masses.push(density * sheet.area());

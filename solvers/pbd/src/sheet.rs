@@ -23,6 +23,8 @@ pub(crate) struct Sheet {
     pub(crate) areas: Vec<f64>,
     /// Mean length of an edge \[m\].
     pub(crate) spacing: f64,
+    /// Sides of the squares of a rectangle \[m\].
+    pub(crate) squares: Option<[f64; 2]>,
 }
 
 impl Sheet {
@@ -38,6 +40,7 @@ impl Sheet {
         let at = |i: u32, j: u32| j * (nx + 1) + i;
         let place = |k: usize, i: u32| size[k] * (f64::from(i) / cells[k] - 0.5);
         let points = (0..=ny).flat_map(|j| (0..=nx).map(move |i| [place(0, i), place(1, j), 0.0])).collect();
+        let squares = [size[0] / cells[0], size[1] / cells[1]];
         let (mut triangles, mut diagonals) = (Vec::new(), BTreeSet::new());
         for (i, j) in (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j))) {
             let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
@@ -49,9 +52,11 @@ impl Sheet {
                 diagonals.insert([b, d]);
             }
         }
-        Self::new(points, triangles, &|edge| diagonals.contains(&edge))
-            .ok()
-            .map(|sheet| Self { spacing: 0.5 * (size[0] / cells[0] + size[1] / cells[1]), ..sheet })
+        Self::new(points, triangles, &|edge| diagonals.contains(&edge)).ok().map(|sheet| Self {
+            spacing: 0.5 * (squares[0] + squares[1]),
+            squares: Some(squares),
+            ..sheet
+        })
     }
 
     /// The triangles of a mesh, which may be open.
@@ -100,7 +105,7 @@ impl Sheet {
         let edges: Vec<([u32; 2], bool)> = beside.keys().map(|&edge| (edge, is_diagonal(edge))).collect();
         let length = |&([i, j], _): &([u32; 2], bool)| norm(sub(points[i as usize], points[j as usize]));
         let spacing = edges.iter().map(length).sum::<f64>() / edges.len().max(1) as f64;
-        Ok(Self { points, triangles, edges, hinges, areas, spacing })
+        Ok(Self { points, triangles, edges, hinges, areas, spacing, squares: None })
     }
 
     /// Area \[m²\].
