@@ -42,9 +42,11 @@ pub(crate) fn energy(model: &Model, store: &Store) -> f64 {
         return 0.0;
     }
     let reach = model.kernel.reach;
-    let (grid, order) = Grid::new(&store.x, reach);
-    let sorted: Vec<_> = order.iter().map(|&i| store.x[i as usize]).collect();
-    let of = |k: usize| model.body[store.id[order[k] as usize] as usize];
+    let part: Vec<usize> = (0..store.len()).filter(|&i| store.rho[i] > 0.0).collect();
+    let x: Vec<_> = part.iter().map(|&i| store.x[i]).collect();
+    let (grid, order) = Grid::new(&x, reach);
+    let sorted: Vec<_> = order.iter().map(|&k| x[k as usize]).collect();
+    let of = |k: usize| model.body[store.id[part[order[k] as usize]] as usize];
     let mut sum = 0.0;
     for (k, &x) in sorted.iter().enumerate() {
         let factor = model.liquids[of(k) as usize].cohesion * reach;

@@ -88,7 +88,9 @@ impl Pass<'_> {
                 let liquid = &self.model.liquids[self.model.body[id] as usize];
                 let rho = store.rho[i];
                 let pressure = pressure(liquid.stiffness, rho / liquid.rho);
-                *pack = Pack { x: store.x[i], volume: self.model.mass[id] / rho, v: store.v[i], pressure };
+                // Who is put aside acts on nobody.
+                let volume = if rho > 0.0 { self.model.mass[id] / rho } else { 0.0 };
+                *pack = Pack { x: store.x[i], volume, v: store.v[i], pressure };
             }
         });
     }
@@ -110,7 +112,7 @@ impl Pass<'_> {
                 let i = c * CHUNK + k;
                 let id = store.id[i] as usize;
                 let (body, own, mass) = (model.body[id] as usize, &pack[i], model.mass[id]);
-                let coheres = model.liquids[body].cohesion > 0.0;
+                let coheres = model.liquids[body].cohesion > 0.0 && own.volume > 0.0;
                 let (mut force, mut lost, mut pulled) = ([f64x4::ZERO; 3], f64x4::ZERO, [f64x4::ZERO; 3]);
                 let pressure = f64x4::splat(own.pressure);
                 for j in self.lists.chunks()[c].row(k).chunks_exact(LANES) {
@@ -175,18 +177,22 @@ impl Pass<'_> {
     #[inline]
     fn cohesions(&self, store: &Store, body: usize, j: &[u32]) -> f64x4 {
         let of = |k: usize| {
-            let same = store.id.get(j[k] as usize).is_some_and(|&id| self.model.body[id as usize] as usize == body);
-            if same { self.model.liquids[body].cohesion } else { 0.0 }
+            let j = j[k] as usize;
+            let same = store.id.get(j).is_some_and(|&id| self.model.body[id as usize] as usize == body);
+            if same && store.rho[j] > 0.0 { self.model.liquids[body].cohesion } else { 0.0 }
         };
         f64x4::new([of(0), of(1), of(2), of(3)])
     }
 
     /// Velocities after the impulses, in the store and the packs.
     pub(crate) fn kick(&self, acceleration: &[Vec3], store: &mut Store, pack: &mut [Pack], sums: &mut [Sums]) {
-        for_chunks(self.parallel, &mut store.v, sums, &|c, v, sums| {
+        let Store { v, rho, .. } = store;
+        for_chunks(self.parallel, v, sums, &|c, v, sums| {
             for (k, v) in v.iter_mut().enumerate() {
                 *v = add(*v, scale(acceleration[c * CHUNK + k], self.dt));
-                sums.speed = largest(dot(*v, *v), sums.speed);
+                if rho[c * CHUNK + k] > 0.0 {
+                    sums.speed = largest(dot(*v, *v), sums.speed);
+                }
             }
         });
         // From here on the packs' pressures are not needed: densities take their place.
@@ -205,26 +211,30 @@ impl Pass<'_> {
                 let i = c * CHUNK + k;
                 let body = model.body[store.id[i] as usize];
                 let (own, rho, liquid) = (&pack[i], store.rho[i], &model.liquids[body as usize]);
+                if rho <= 0.0 {
+                    *next = rho;
+                    continue;
+                }
                 let slant = scale(self.gravity[body as usize], liquid.rho / (liquid.sound * liquid.sound));
-                let (mut squeeze, mut smooth, mut sum) = (f64x4::ZERO, f64x4::ZERO, f64x4::ZERO);
+                // What diffuses counts as an approach: its hydrostatic part as one by a velocity of the particle.
+                let spread = 2.0 * model.params.diffusion * kernel.h * liquid.sound / rho;
+                let slanted = Pack { v: add(own.v, scale(slant, -spread)), ..*own };
+                let spread = f64x4::splat(spread);
+                let (mut squeeze, mut sum) = (f64x4::ZERO, f64x4::ZERO);
                 for j in self.lists.chunks()[c].row(k).chunks_exact(LANES) {
-                    let others = Four::new(own, pack, j);
+                    let others = Four::new(&slanted, pack, j);
                     let slope = kernel.slopes(others.r) * others.volume;
-                    squeeze += slope * others.approach();
-                    sum += kernel.weights(others.r) * others.volume;
-                    let steep = [0, 1, 2].map(|k| f64x4::splat(slant[k]) * others.apart[k]);
                     let denser = self.densities(store, body, rho, &others, j) - f64x4::splat(rho);
-                    smooth -= slope * (denser + steep[0] + steep[1] + steep[2]);
+                    squeeze += slope * (others.approach() - spread * denser);
+                    sum += kernel.weights(others.r) * others.volume;
                 }
                 for b in walls.near(i).chunks_exact(LANES) {
                     let others = Four::new(own, walls.packs(), b);
                     squeeze += kernel.slopes(others.r) * others.volume * others.approach();
                     sum += kernel.weights(others.r) * others.volume;
                 }
-                let (squeeze, smooth) = (squeeze.reduce_add(), smooth.reduce_add());
                 let sum = sum.reduce_add() + own.volume * kernel.weight(0.0);
-                let diffusion = 2.0 * model.params.diffusion * kernel.h * liquid.sound;
-                *next = rho + self.dt * (rho * squeeze + diffusion * smooth);
+                *next = rho + self.dt * rho * squeeze.reduce_add();
                 if sum < SPRAY && *next < liquid.rho {
                     *next = liquid.rho;
                 }

@@ -28,6 +28,8 @@
 //! that shows samples has one layer, or two where its samples have volume and normals; samples farther apart than one and
 //! a half spacings are refused.
 //!
+//! Spray that is thrown faster than sound is put aside (`aside`), up to a hundredth of a body, and counted.
+//!
 //! Viscosity is explicit, or implicit (`thick`) where it would bind the substep and no partner has friction. Surface
 //! tension (`cohesion`) is left out where ρ g d²/σ > 10: it would hold not even one particle; elsewhere `dfsph` refuses it.
 //!
@@ -38,6 +40,7 @@
 //! does not; a liquid at rest keeps its lattice, which resists slow shear; drops of few particles lock as a solid does;
 //! one layer of samples holds a thin layer of liquid, not a tank.
 
+mod aside;
 mod cohesion;
 mod fill;
 mod force;

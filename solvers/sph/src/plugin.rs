@@ -172,6 +172,7 @@ impl Run {
             ("solutions-above-tolerance", books.solved.unfinished),
             ("largest-boundary-particles", books.boundary),
             ("sorts", books.sorts),
+            ("quarantined-particles", books.aside),
         ];
         let report = Report {
             substeps: books.substeps,

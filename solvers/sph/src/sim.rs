@@ -1,6 +1,6 @@
 //! Substeps: their length, the sequence of passes, and the guard.
 
-use cosplat_core::boundary::{Vec3, Wrench, norm, scale};
+use cosplat_core::boundary::{Vec3, Wrench, scale};
 use cosplat_core::plugin::{PluginError, Pulse, Signal};
 
 use crate::force::{Pass, Sums, largest};
@@ -22,10 +22,6 @@ pub(crate) const VISCOUS: f64 = 0.07;
 const HASTE: f64 = 0.1;
 /// Particles below which one thread is faster than several.
 const SERIAL_BELOW: usize = 2000;
-/// Speed over that of sound above which a result means nothing.
-const FASTEST: f64 = 1.0;
-/// Range of densities over that at rest beyond which a result means nothing.
-const DENSITIES: [f64; 2] = [0.2, 2.0];
 
 /// What happened in one step of the coupling.
 #[derive(Clone, Debug, Default)]
@@ -40,6 +36,8 @@ pub(crate) struct Books {
     pub(crate) sorts: u64,
     /// Boundary particles in reach at the end.
     pub(crate) boundary: u64,
+    /// Particles put aside.
+    pub(crate) aside: u64,
     /// Iterations of incompressible solutions, and of those of viscosity.
     pub(crate) solved: Solved,
     pub(crate) thick: u64,
@@ -119,7 +117,7 @@ impl Course<'_> {
     pub(crate) fn run(&mut self, pulse: &mut dyn Pulse, pool: Option<&rayon::ThreadPool>) -> Result<(), PluginError> {
         let many = self.parallel();
         let mut time = 0.0;
-        let mut speed = self.store.v.iter().map(|&v| norm(v)).fold(0.0, largest);
+        let mut speed = self.store.fastest();
         while time < self.length {
             let (mut bound_dt, mut bound) = stable(self.model, speed, self.store.acceleration);
             if self.model.params.pressure == Pressure::Weak
@@ -142,7 +140,8 @@ impl Course<'_> {
                 None => both(),
             };
             self.books.substeps += 1;
-            self.guard(self.start + time, speed)?;
+            speed = self.guard(self.start + time, speed)?;
+            self.land();
             time = if count > 1.0 { time + dt } else { self.length };
             if pulse.beat(self.books.substeps, self.books.substeps + count as u64 - 1) == Signal::Abort {
                 return Err(PluginError::Aborted);
@@ -154,7 +153,7 @@ impl Course<'_> {
     /// Sorts the particles and finds what is near, where lists are missing or no longer hold.
     fn list(&mut self, speed: f64, dt: f64) {
         let places = self.partners.places(self.model);
-        if self.store.listed.holds(&self.store.x, &places) {
+        if self.store.hold(&places) {
             if !self.scratch.made {
                 self.make();
             }
@@ -162,9 +161,9 @@ impl Course<'_> {
         }
         let (model, fastest) = (self.model, 0.5 * (speed + speed.max(self.partners.speed())));
         let skin = skin(fastest * dt / model.spacing) * model.spacing;
-        let (_, order) = Grid::new(&self.store.x, model.kernel.reach + skin);
-        self.store.sort(&order);
-        self.store.listed = Listed { x: self.store.x.clone(), partners: places, skin };
+        self.store.sort(model.kernel.reach + skin);
+        let part = self.store.rho.iter().filter(|rho| **rho > 0.0).count() as u64;
+        self.store.listed = Listed { x: self.store.x.clone(), part, partners: places, skin };
         self.make();
     }
 
@@ -173,10 +172,15 @@ impl Course<'_> {
         let parallel = self.parallel();
         let Self { model, store, scratch, partners, .. } = self;
         let Scratch { lists, walls, pack, acceleration, next, sums, .. } = &mut **scratch;
-        let (n, x, reach) = (store.len(), &store.listed.x, model.kernel.reach + store.listed.skin);
+        let (n, reach) = (store.len(), model.kernel.reach + store.listed.skin);
+        let x = store.listed.those();
         // They are sorted for it already, so that the order is the one they have.
         let (grid, _) = Grid::new(x, reach);
-        lists.make(n, n, parallel, &|i, list| around(&grid, x, i, reach, list));
+        lists.make(n, n, parallel, &|i, list| {
+            if i < x.len() {
+                around(&grid, x, i, reach, list);
+            }
+        });
         walls.find(model, store, &grid, partners, reach, parallel);
         // The last one is nobody, with whom lists are filled up.
         pack.clear();
@@ -238,33 +242,5 @@ impl Course<'_> {
         store.acceleration = most.sqrt();
         books.boundary = walls.pieces.len() as u64;
         speed.sqrt()
-    }
-
-    fn guard(&self, time: f64, speed: f64) -> Result<(), PluginError> {
-        let slowest = if self.model.params.pressure == Pressure::Incompressible {
-            f64::INFINITY
-        } else {
-            self.model.liquids.iter().map(|l| l.sound).fold(f64::INFINITY, f64::min)
-        };
-        let lost = |what: String| {
-            Err(PluginError::Physics(format!("the sph solver lost the motion at t = {time:.6e} s: {what}")))
-        };
-        if self.store.len() > 0 && (speed.is_nan() || speed > FASTEST * slowest) {
-            return lost(format!(
-                "a particle moves at {speed:.3e} m/s, faster than sound ({slowest:.3e} m/s); a higher stiffness or a lower \
-                 speed would help"
-            ));
-        }
-        let ratio = |i: usize| {
-            let body = self.model.body[self.store.id[i] as usize];
-            self.store.rho[i] / self.model.liquids[body as usize].rho
-        };
-        let wild = (0..self.store.len()).find(|&i| !(DENSITIES[0]..=DENSITIES[1]).contains(&ratio(i)));
-        match wild {
-            None => Ok(()),
-            Some(i) => {
-                lost(format!("the density of particle {} is {:.3e} times that at rest", self.store.id[i], ratio(i)))
-            }
-        }
     }
 }

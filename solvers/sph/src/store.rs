@@ -4,6 +4,7 @@ use cosplat_core::boundary::{Vec3, dot, sub};
 use cosplat_core::plugin::{StateError, StateReader, StateSink};
 
 use crate::force::largest;
+use crate::grid::Grid;
 
 /// All that changes about the particles.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -14,7 +15,7 @@ pub(crate) struct Store {
     pub(crate) x: Vec<Vec3>,
     /// Velocities \[m/s\].
     pub(crate) v: Vec<Vec3>,
-    /// Densities \[kg/m³\].
+    /// Densities \[kg/m³\]; negative for those put aside.
     pub(crate) rho: Vec<f64>,
     /// Pressures with which an incompressible liquid's next solutions begin: \[Pa\]; empty for others.
     pub(crate) warm: Vec<f64>,
@@ -32,6 +33,8 @@ pub(crate) struct Store {
 pub(crate) struct Listed {
     /// Places of the particles \[m\], in their present order; empty before there are lists.
     pub(crate) x: Vec<Vec3>,
+    /// How many of them, the first, were not put aside (`aside`): the others are in no list.
+    pub(crate) part: u64,
     /// Places of the boundary particles of partners \[m\], face by face.
     pub(crate) partners: Vec<Vec3>,
     /// How much farther than the kernel the lists reach \[m\].
@@ -39,26 +42,9 @@ pub(crate) struct Listed {
 }
 
 impl Listed {
-    /// Whether lists of then hold all that is in the kernel's reach now, with particles at `x` and boundary particles of
-    /// partners at `places` \[m\]: no two have come closer by more than the skin.
-    pub(crate) fn holds(&self, x: &[Vec3], places: &[Vec3]) -> bool {
-        if self.x.is_empty() || self.x.len() != x.len() || self.partners.len() != places.len() {
-            return false;
-        }
-        let way = |(a, b): (&Vec3, &Vec3)| {
-            let apart = sub(*a, *b);
-            dot(apart, apart)
-        };
-        let (mut first, mut second) = (0.0, 0.0);
-        for way in x.iter().zip(&self.x).map(way) {
-            if way > first {
-                (first, second) = (way, first);
-            } else if way > second {
-                second = way;
-            }
-        }
-        let partner = places.iter().zip(&self.partners).map(way).fold(0.0, largest);
-        first.sqrt() + largest(second, partner).sqrt() <= self.skin
+    /// Places of those that are listed \[m\].
+    pub(crate) fn those(&self) -> &[Vec3] {
+        &self.x[..self.part as usize]
     }
 }
 
@@ -68,17 +54,42 @@ impl Store {
         self.id.len()
     }
 
-    /// Puts the particles into another order.
-    pub(crate) fn sort(&mut self, order: &[u32]) {
-        fn take<T: Copy>(all: &mut Vec<T>, order: &[u32]) {
-            *all = order.iter().map(|&i| all[i as usize]).collect();
+    /// Whether the lists hold all that is in the kernel's reach now, with boundary particles of partners at `places` \[m\]:
+    /// no two have come closer by more than the skin.
+    pub(crate) fn hold(&self, places: &[Vec3]) -> bool {
+        let then = &self.listed;
+        if then.x.is_empty() || then.x.len() != self.len() || then.partners.len() != places.len() {
+            return false;
         }
-        take(&mut self.id, order);
-        take(&mut self.x, order);
-        take(&mut self.v, order);
-        take(&mut self.rho, order);
+        let way = |(a, b): (&Vec3, &Vec3)| {
+            let apart = sub(*a, *b);
+            dot(apart, apart)
+        };
+        let (mut first, mut second) = (0.0, 0.0);
+        let part = self.x.iter().zip(&then.x).zip(&self.rho).filter(|(_, rho)| **rho > 0.0);
+        for way in part.map(|(both, _)| way(both)) {
+            if way > first {
+                (first, second) = (way, first);
+            } else if way > second {
+                second = way;
+            }
+        }
+        let partner = places.iter().zip(&then.partners).map(way).fold(0.0, largest);
+        first.sqrt() + largest(second, partner).sqrt() <= then.skin
+    }
+
+    /// Sorts the particles by the cells of a grid for a search up to `reach` \[m\], those put aside behind the others.
+    pub(crate) fn sort(&mut self, reach: f64) {
+        let (part, aside): (Vec<u32>, Vec<u32>) = (0..self.len() as u32).partition(|&i| self.rho[i as usize] > 0.0);
+        let x: Vec<Vec3> = part.iter().map(|&i| self.x[i as usize]).collect();
+        let (_, order) = Grid::new(&x, reach);
+        let order: Vec<u32> = order.iter().map(|&k| part[k as usize]).chain(aside).collect();
+        take(&mut self.id, &order);
+        take(&mut self.x, &order);
+        take(&mut self.v, &order);
+        take(&mut self.rho, &order);
         if !self.warm.is_empty() {
-            take(&mut self.warm, order);
+            take(&mut self.warm, &order);
         }
     }
 
@@ -92,6 +103,7 @@ impl Store {
         sink.f64(self.acceleration);
         sink.f64(self.dissipated);
         sink.vec3s(&self.listed.x);
+        sink.u64(self.listed.part);
         sink.vec3s(&self.listed.partners);
         sink.f64(self.listed.skin);
         sink.bytes(bytemuck::cast_slice(&self.warm));
@@ -117,11 +129,13 @@ impl Store {
         let (x, v) = (reader.vec3s("positions", n)?, reader.vec3s("velocities", n)?);
         let rho = reader.bytes(8 * n)?.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
         let (acceleration, dissipated) = (reader.f64()?, reader.f64()?);
-        let listed = Listed { x: places(reader)?, partners: places(reader)?, skin: reader.f64()? };
+        let x_listed = places(reader)?;
+        let part = reader.u64()?;
+        let listed = Listed { x: x_listed, part, partners: places(reader)?, skin: reader.f64()? };
         let bytes = reader.bytes(8 * self.warm.len())?;
         let warm = bytes.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
-        if !listed.x.is_empty() && listed.x.len() != n {
-            return Err(count(listed.x.len() as u64, "places of lists"));
+        if !(listed.x.is_empty() || listed.x.len() == n) || listed.part > listed.x.len() as u64 {
+            return Err(count(part, "places of lists"));
         }
         Ok(Self { id, x, v, rho, warm, acceleration, dissipated, listed })
     }
@@ -132,4 +146,8 @@ fn places(reader: &mut StateReader<'_>) -> Result<Vec<Vec3>, StateError> {
     let length = usize::try_from(reader.u64()?).unwrap_or(usize::MAX);
     let bytes = reader.bytes(length.saturating_mul(size_of::<Vec3>()))?;
     Ok(bytes.chunks_exact(size_of::<Vec3>()).map(bytemuck::pod_read_unaligned).collect())
+}
+
+fn take<T: Copy>(all: &mut Vec<T>, order: &[u32]) {
+    *all = order.iter().map(|&i| all[i as usize]).collect();
 }

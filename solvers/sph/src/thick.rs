@@ -103,7 +103,9 @@ impl Thick {
             // Lost is what the forces take from the particles; walls at rest take no work.
             let sum = &mut sums[i / CHUNK];
             sum.lost -= 0.5 * dot(*f, add(old, new));
-            sum.speed = largest(dot(new, new), sum.speed);
+            if store.rho[i] > 0.0 {
+                sum.speed = largest(dot(new, new), sum.speed);
+            }
             if !walls.near(i).is_empty() {
                 let linear = by_walls(pass, &pack[i], walls, i, Walled::Moving);
                 sum.walls = sum.walls.plus(Wrench { linear, angular: cross(pack[i].x, linear) });

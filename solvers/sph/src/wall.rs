@@ -82,7 +82,7 @@ impl Walls {
         reach: f64,
         parallel: bool,
     ) {
-        let x = &store.listed.x;
+        let x = store.listed.those();
         let mut places = store.listed.partners.iter();
         let mut all = Vec::new();
         for (f, face) in model.faces.iter().enumerate() {

@@ -77,6 +77,7 @@ fn without_lists(bytes: &[u8]) -> Vec<u8> {
     let n = columns(bytes).0.len();
     // Identities, places, velocities with their lengths before them, densities, two numbers.
     let lists = 8 + 4 * n + 2 * (8 + 24 * n) + 8 * n + 16;
-    let none = [0_u8; 8 + 8 + 8];
+    // Two lengths, how many are listed, and the skin.
+    let none = [0_u8; 4 * 8];
     [&bytes[..lists], &none].concat()
 }
