@@ -70,6 +70,8 @@ impl fmt::Display for Report {
 pub struct Prepared {
     /// The surface.
     pub mesh: TriangleMesh,
+    /// Of each vertex: linear red, green, blue from 0 to 1. Empty where the file gives none.
+    pub colours: Vec<[f32; 3]>,
     /// What was made of the file.
     pub report: Report,
 }
@@ -106,11 +108,11 @@ impl Prepared {
             return Err(MeshError::whole(Fault::Value, what, "give `metres_per_unit` a positive number"));
         }
         let turn = upright(recipe.up)?;
-        let format::Decoded { mut mesh, notes } = format::read(bytes, ending, beside)?;
+        let format::Decoded { mut mesh, colours, notes } = format::read(bytes, ending, beside)?;
         for v in &mut mesh.vertices_m {
             *v = (turn * Vector3::from(*v) * scale).into();
         }
-        let mut prepared = Prepared::from_mesh(mesh)?;
+        let mut prepared = Prepared::from_coloured(mesh, colours)?;
         prepared.report.notes = notes;
         Ok(prepared)
     }
@@ -119,11 +121,15 @@ impl Prepared {
     ///
     /// # Errors
     /// A number is not finite, an index has no vertex, or nothing is left.
-    pub fn from_mesh(mut mesh: TriangleMesh) -> Result<Prepared, MeshError> {
+    pub fn from_mesh(mesh: TriangleMesh) -> Result<Prepared, MeshError> {
+        Prepared::from_coloured(mesh, Vec::new())
+    }
+
+    fn from_coloured(mut mesh: TriangleMesh, mut colours: Vec<[f32; 3]>) -> Result<Prepared, MeshError> {
         let wrong = |e: AssetError| MeshError::whole(Fault::Value, e.to_string(), "check the numbers of the mesh");
         Asset::Mesh(mesh.clone()).check().map_err(wrong)?;
         let (vertices_read, triangles_read) = (mesh.vertices_m.len(), mesh.triangles.len());
-        let welded = weld(&mut mesh);
+        let welded = weld(&mut mesh, &mut colours);
         let area_m2: f64 = mesh.triangles.iter().map(|t| area(&mesh, *t).norm()).sum();
         if !(area_m2 > 0.0 && area_m2.is_finite()) {
             let what = format!("the area of {triangles_read} triangles is zero or too large to be a number");
@@ -143,7 +149,7 @@ impl Prepared {
             solid: mesh.solid().ok(),
             notes: Vec::new(),
         };
-        Ok(Prepared { mesh, report })
+        Ok(Prepared { mesh, colours, report })
     }
 }
 

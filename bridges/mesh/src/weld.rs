@@ -19,8 +19,8 @@ pub(crate) struct Welded {
     pub(crate) triangles: usize,
 }
 
-/// Welds; the first of several vertices stays. Vertices without a triangle and triangles without three corners go.
-pub(crate) fn weld(mesh: &mut TriangleMesh) -> Welded {
+/// Welds; colours, where there are any, stay with their vertices. The first of several vertices stays. Vertices without a triangle and triangles without three corners go.
+pub(crate) fn weld(mesh: &mut TriangleMesh, colours: &mut Vec<[f32; 3]>) -> Welded {
     let points: Vec<Vector3<f64>> = mesh.vertices_m.iter().map(|v| Vector3::from(*v)).collect();
     let Some(first) = points.first() else { return Welded::default() };
     let (lower, upper) = points.iter().fold((*first, *first), |(l, u), p| (l.inf(p), u.sup(p)));
@@ -32,16 +32,17 @@ pub(crate) fn weld(mesh: &mut TriangleMesh) -> Welded {
     }
     mesh.triangles.retain(|[a, b, c]| a != b && b != c && c != a);
     let mut place = vec![u32::MAX; vertices];
-    let mut kept = Vec::new();
+    let (mut kept, mut own) = (Vec::new(), Vec::new());
     for i in mesh.triangles.iter_mut().flatten() {
         let at = &mut place[*i as usize];
         if *at == u32::MAX {
             *at = kept.len() as u32;
             kept.push(mesh.vertices_m[*i as usize]);
+            own.extend(colours.get(*i as usize));
         }
         *i = *at;
     }
-    mesh.vertices_m = kept;
+    (mesh.vertices_m, *colours) = (kept, own);
     Welded { vertices: vertices - mesh.vertices_m.len(), triangles: triangles - mesh.triangles.len() }
 }
 

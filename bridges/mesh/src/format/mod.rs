@@ -17,6 +17,8 @@ use crate::error::{Fault, MeshError};
 pub struct Decoded {
     /// The surface: polygons cut, placed by the nodes of the file, all parts in one.
     pub mesh: TriangleMesh,
+    /// Of each vertex: linear red, green, blue from 0 to 1. Empty where the file gives none.
+    pub colours: Vec<[f32; 3]>,
     /// Remarks: what was left out or assumed.
     pub notes: Vec<String>,
 }
@@ -71,6 +73,12 @@ pub fn of(bytes: &[u8], ending: Option<&str>) -> Result<&'static Format, MeshErr
 /// A number of 32 bits, if it is there.
 fn u32_at(bytes: &[u8], at: usize) -> Option<u32> {
     Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
+}
+
+/// The linear value of one that is stored for a display, 0 to 1, IEC 61966-2-1.
+fn linear_of_display(display: f32) -> f32 {
+    let c = display.clamp(0.0, 1.0);
+    if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
 }
 
 /// The beginning of a word, for a message.

@@ -1,13 +1,14 @@
 //! Wavefront OBJ: the vertices and faces of a file.
 //!
-//! Keywords that say nothing about the shape (texture, normals, groups, materials) are passed over. Everything is read
+//! Colours behind the coordinates of vertices (`v x y z r g b`, display values from 0 to 1, as MeshLab and ZBrush write
+//! them) are taken where every vertex has one. Keywords that say nothing about the shape (texture, normals, groups, materials) are passed over. Everything is read
 //! in double precision, and a fault has the number of its line.
 
 use cosplat_core::asset::TriangleMesh;
 use cosplat_core::boundary::Vec3;
 
 use super::polygons::{Cutter, Wrong};
-use super::{Beside, Decoded, Format, short};
+use super::{Beside, Decoded, Format, linear_of_display, short};
 use crate::error::{Fault, MeshError};
 
 /// The registry entry; the format has no header.
@@ -17,6 +18,7 @@ const NO_VERTEX: &str = "number vertices from 1, or from -1 backwards, and write
 
 fn read(bytes: &[u8], _: Beside<'_>) -> Result<Decoded, MeshError> {
     let (mut mesh, mut cutter) = (TriangleMesh::default(), Cutter::new());
+    let mut colours = Vec::new();
     let mut joined = String::new();
     for (number, line) in bytes.split(|b| *b == b'\n').enumerate() {
         let text = String::from_utf8_lossy(line);
@@ -28,7 +30,7 @@ fn read(bytes: &[u8], _: Beside<'_>) -> Result<Decoded, MeshError> {
         }
         joined.push_str(text);
         let code = joined.split('#').next().unwrap_or_default();
-        one_line(&mut mesh, &mut cutter, code)
+        one_line(&mut mesh, &mut colours, &mut cutter, code)
             .map_err(|(fault, what, advice)| MeshError::new(fault, format!("line {}", number + 1), what, advice))?;
         joined.clear();
     }
@@ -36,13 +38,26 @@ fn read(bytes: &[u8], _: Beside<'_>) -> Result<Decoded, MeshError> {
         let advice = "copy or download the file again";
         return Err(MeshError::new(Fault::Truncated, "last line", "it goes on behind the end of the file", advice));
     }
-    Ok(Decoded { mesh, notes: Vec::new() })
+    let mut notes = Vec::new();
+    if !(colours.is_empty() || colours.len() == mesh.vertices_m.len()) {
+        notes.push(format!("{} of {} vertices have a colour: all are left out", colours.len(), mesh.vertices_m.len()));
+        colours.clear();
+    }
+    Ok(Decoded { mesh, colours, notes })
 }
 
-fn one_line(mesh: &mut TriangleMesh, cutter: &mut Cutter, code: &str) -> Result<(), Wrong> {
+fn one_line(
+    mesh: &mut TriangleMesh,
+    colours: &mut Vec<[f32; 3]>,
+    cutter: &mut Cutter,
+    code: &str,
+) -> Result<(), Wrong> {
     let mut words = code.split_whitespace();
     match words.next() {
-        Some("v") => mesh.vertices_m.push(vertex(words)?),
+        Some("v") => {
+            mesh.vertices_m.push(vertex(&mut words)?);
+            colours.extend(colour(words));
+        }
         Some("f") => {
             let corners = words.map(|w| corner(w, mesh.vertices_m.len())).collect::<Result<Vec<u32>, Wrong>>()?;
             cutter.add(mesh, &corners)?;
@@ -52,7 +67,13 @@ fn one_line(mesh: &mut TriangleMesh, cutter: &mut Cutter, code: &str) -> Result<
     Ok(())
 }
 
-fn vertex<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<Vec3, Wrong> {
+/// Three numbers behind a vertex; fewer are none: one alone is a weight.
+fn colour<'a>(words: impl Iterator<Item = &'a str>) -> Option<[f32; 3]> {
+    let all: Vec<f32> = words.map_while(|w| w.parse().ok()).filter(|v: &f32| v.is_finite()).collect();
+    <[f32; 3]>::try_from(all).ok().map(|c| c.map(linear_of_display))
+}
+
+fn vertex<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Vec3, Wrong> {
     let mut out = [0.0; 3];
     for value in &mut out {
         let word = words.next().ok_or_else(|| {

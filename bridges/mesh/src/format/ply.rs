@@ -13,7 +13,7 @@ use serde::de::{DeserializeSeed, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde_ply::{ElementDef, PlyFormat, PlyReader, PropertyType, ScalarType};
 
 use super::polygons::{Cutter, Wrong};
-use super::{Beside, Decoded, Format};
+use super::{Beside, Decoded, Format, linear_of_display};
 use crate::error::{Fault, MeshError};
 
 /// The registry entry.
@@ -28,6 +28,13 @@ struct Vertex {
     x: f64,
     y: f64,
     z: f64,
+    /// Display values: whole numbers to 255, or parts of one.
+    #[serde(default)]
+    red: Option<f64>,
+    #[serde(default)]
+    green: Option<f64>,
+    #[serde(default)]
+    blue: Option<f64>,
 }
 
 /// A row of an element that says nothing about the shape.
@@ -46,6 +53,7 @@ fn read(bytes: &[u8], _: Beside<'_>) -> Result<Decoded, MeshError> {
     let mut reader = open(&b""[..])?;
     let header = reader.header();
     check_header(header.format, &header.elem_defs, bytes.len() as u64)?;
+    let largest = colour_scale(&header.elem_defs);
     let names: Vec<String> = header.elem_defs.iter().map(|element| element.name.clone()).collect();
     if header.format == PlyFormat::Ascii {
         // The reader wants a space behind the last number; files end without.
@@ -58,11 +66,15 @@ fn read(bytes: &[u8], _: Beside<'_>) -> Result<Decoded, MeshError> {
     }
     // Faces may stand before the vertices they name.
     let (mut mesh, mut corners, mut ends) = (TriangleMesh::default(), Vec::new(), Vec::new());
+    let mut colours = Vec::new();
     for name in &names {
         match name.as_str() {
             "vertex" => rows(&mut reader, name, |v: Vertex| {
                 let finite = [v.x, v.y, v.z].iter().all(|x| x.is_finite());
                 mesh.vertices_m.push([v.x, v.y, v.z]);
+                if let (Some(red), Some(green), Some(blue)) = (v.red, v.green, v.blue) {
+                    colours.push([red, green, blue].map(|c| linear_of_display((c / largest) as f32)));
+                }
                 if finite { Ok(()) } else { Err(format!("its position is {}, {}, {}", v.x, v.y, v.z)) }
             })?,
             "face" => rows(&mut reader, name, |f: Face| {
@@ -84,7 +96,17 @@ fn read(bytes: &[u8], _: Beside<'_>) -> Result<Decoded, MeshError> {
         cutter.add(&mut mesh, face).map_err(wrong)?;
         start = end;
     }
-    Ok(Decoded { mesh, notes: Vec::new() })
+    Ok(Decoded { mesh, colours, notes: Vec::new() })
+}
+
+/// The number that stands for a full colour: one where they are stored as fractions.
+fn colour_scale(elements: &[ElementDef]) -> f64 {
+    let red = elements.iter().filter(|e| e.name == "vertex").flat_map(|e| &e.properties).find(|p| p.name == "red");
+    match red.map(|p| p.property_type.clone()) {
+        Some(PropertyType::Scalar(ScalarType::F32 | ScalarType::F64)) => 1.0,
+        Some(PropertyType::Scalar(ScalarType::I16 | ScalarType::U16)) => 65_535.0,
+        _ => 255.0,
+    }
 }
 
 /// Refuses what the bytes cannot hold. Without it, rows without columns would be counted to the end of time.

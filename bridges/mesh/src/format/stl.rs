@@ -33,7 +33,7 @@ fn is_text(bytes: &[u8]) -> bool {
 
 fn read(bytes: &[u8], _: Beside<'_>) -> Result<Decoded, MeshError> {
     let mesh = if is_binary(bytes) || !is_text(bytes) { read_binary(bytes)? } else { read_text(bytes)? };
-    Ok(Decoded { mesh, notes: Vec::new() })
+    Ok(Decoded { mesh, ..Decoded::default() })
 }
 
 fn read_binary(bytes: &[u8]) -> Result<TriangleMesh, MeshError> {

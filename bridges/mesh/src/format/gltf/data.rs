@@ -83,6 +83,27 @@ impl<'a> Data<'a> {
         positions.collect()
     }
 
+    /// Colours of vertices, linear red, green, blue from 0 to 1; what they let through is left out.
+    pub(super) fn colours(&self, number: usize) -> Result<Vec<[f32; 3]>, MeshError> {
+        let accessor = item(&self.document.accessors, number, "accessor")?;
+        let channels = match accessor.shape.as_str() {
+            "VEC3" => 3,
+            "VEC4" => 4,
+            shape => return Err(fault(place(number), format!("colours are {shape}, not VEC3 or VEC4"))),
+        };
+        let whole = accessor.normalized;
+        let (width, value): (usize, fn(&[u8]) -> f32) = match accessor.component_type {
+            FLOAT => (4, |b| b.first_chunk().map_or(0.0, |b| f32::from_le_bytes(*b))),
+            5121 if whole => (1, |b| b.first().map_or(0.0, |b| f32::from(*b) / 255.0)),
+            5123 if whole => (2, |b| b.first_chunk().map_or(0.0, |b| f32::from(u16::from_le_bytes(*b)) / 65_535.0)),
+            kind => return Err(fault(place(number), format!("colours are of type {kind}, normalized: {whole}"))),
+        };
+        let rows = self.rows(accessor, number, width * channels)?;
+        let colour = |row: &[u8]| [0, 1, 2].map(|k| value(&row[k * width..]));
+        // A number that is none, or beyond the range, is cut to it.
+        Ok(rows.iter().map(|row| colour(row).map(|c| if c > 0.0 { c.min(1.0) } else { 0.0 })).collect())
+    }
+
     /// Indices of vertices.
     pub(super) fn indices(&self, number: usize) -> Result<Vec<u32>, MeshError> {
         let accessor = item(&self.document.accessors, number, "accessor")?;

@@ -147,6 +147,10 @@ impl Builder<'_> {
         }
         let positions = self.data.positions(position)?;
         let count = positions.len() as u32;
+        let colours = primitive.attributes.colour.map(|colour| self.data.colours(colour)).transpose()?;
+        if let Some(has) = colours.as_ref().map(Vec::len).filter(|has| *has != positions.len()) {
+            return Err(fault(place(), format!("{count} vertices have {has} colours")));
+        }
         let corners = match primitive.indices {
             Some(indices) => self.data.indices(indices)?,
             None => (0..count).collect(),
@@ -157,6 +161,11 @@ impl Builder<'_> {
         }
         let TriangleMesh { vertices_m, triangles } = &mut self.out.mesh;
         let first = vertices_m.len() as u32;
+        // Parts without colours are white, by the format, as soon as one has some.
+        if colours.is_some() || !self.out.colours.is_empty() {
+            self.out.colours.resize(first as usize, [1.0; 3]);
+            self.out.colours.extend(colours.unwrap_or_else(|| vec![[1.0; 3]; count as usize]));
+        }
         vertices_m.extend(positions.iter().map(|p| <[f64; 3]>::from(placed.transform_point(&Point3::from(*p)).coords)));
         if let Some(wild) = vertices_m[first as usize..].iter().position(|p| !p.iter().all(|v| v.is_finite())) {
             let what = format!("vertex {wild} is placed at no finite position");

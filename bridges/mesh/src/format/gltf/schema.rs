@@ -66,6 +66,8 @@ pub(super) struct Primitive {
 pub(super) struct Attributes {
     #[serde(rename = "POSITION")]
     pub(super) position: Option<usize>,
+    #[serde(rename = "COLOR_0")]
+    pub(super) colour: Option<usize>,
 }
 
 /// Equal rows of numbers in a view.
@@ -80,6 +82,8 @@ pub(super) struct Accessor {
     #[serde(rename = "type")]
     pub(super) shape: String,
     pub(super) sparse: Option<serde::de::IgnoredAny>,
+    #[serde(default)]
+    pub(super) normalized: bool,
 }
 
 /// Part of a buffer.
