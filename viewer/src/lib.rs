@@ -28,6 +28,7 @@ mod sh;
 mod shot;
 mod store;
 mod tiles;
+mod weights;
 
 pub use camera::{Camera, CameraError, View};
 pub use gaussians::{Gaussians, LengthError};
@@ -38,3 +39,4 @@ pub use psnr::psnr;
 pub use render::{Options, render, render_layers};
 pub use shot::{Shot, Stop, Travel};
 pub use store::{Form, Plane, StoreError};
+pub use weights::{Seen, weights};

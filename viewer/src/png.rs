@@ -79,6 +79,35 @@ pub fn read(path: &Path) -> Result<(usize, usize, Vec<f32>), PngError> {
     decode(BufReader::new(file), &name)
 }
 
+/// Reads a mask of any kind of PNG: width, height, and which pixels are light, from half of white on in any channel, and
+/// not transparent, row by row.
+///
+/// # Errors
+/// The file cannot be read, or is damaged or too large.
+pub fn read_mask(path: &Path) -> Result<(usize, usize, Vec<bool>), PngError> {
+    let name = path.display().to_string();
+    let file = File::open(path).map_err(|error| PngError::Open(name.clone(), error))?;
+    let damaged = |error| PngError::Read(name.clone(), error);
+    let mut decoder = png::Decoder::new_with_limits(BufReader::new(file), png::Limits { bytes: LARGEST });
+    decoder.set_transformations(png::Transformations::normalize_to_color8());
+    let mut reader = decoder.read_info().map_err(damaged)?;
+    let size = reader.output_buffer_size().filter(|&n| n <= LARGEST).ok_or_else(|| PngError::Kind(name.clone()))?;
+    let mut bytes = vec![0; size];
+    let info = reader.next_frame(&mut bytes).map_err(damaged)?;
+    let (channels, has_alpha) = match info.color_type {
+        png::ColorType::Grayscale | png::ColorType::Indexed => (1, false),
+        png::ColorType::GrayscaleAlpha => (2, true),
+        png::ColorType::Rgb => (3, false),
+        png::ColorType::Rgba => (4, true),
+    };
+    let is_light = |pixel: &[u8]| {
+        let (colour, alpha) = pixel.split_at(channels - usize::from(has_alpha));
+        colour.iter().any(|v| *v >= 128) && alpha.iter().all(|v| *v >= 128)
+    };
+    let pixels = bytes[..info.buffer_size()].chunks_exact(channels).map(is_light).collect();
+    Ok((info.width as usize, info.height as usize, pixels))
+}
+
 fn decode(source: impl BufRead + Seek, name: &str) -> Result<(usize, usize, Vec<f32>), PngError> {
     let damaged = |error| PngError::Read(name.to_owned(), error);
     let kind = || PngError::Kind(name.to_owned());
