@@ -12,9 +12,11 @@ macro_rules! cases {
 }
 
 /// Files of `tests/verification`.
-const FILES: [(&str, &str); 64] = cases![
+const FILES: [(&str, &str); 79] = cases![
     "ballistic.study.toml",
     "ballistic.toml",
+    "bar-on-damper.toml",
+    "bucket.obj",
     "budgets.study.toml",
     "catalogue.toml",
     "elastic-column.study.toml",
@@ -22,12 +24,24 @@ const FILES: [(&str, &str); 64] = cases![
     "free-flight.study.toml",
     "hanging-strip.study.toml",
     "hanging-strip.toml",
+    "impedance-1.study.toml",
+    "impedance-10.study.toml",
+    "impedance-2.study.toml",
+    "ladder.obj",
+    "ladder.study.toml",
+    "ladder.toml",
     "liquid-at-rest.study.toml",
     "liquid-at-rest.toml",
     "mass-on-bar.study.toml",
     "mass-on-bar.toml",
     "negative-controls.toml",
     "oscillator.study.toml",
+    "pendulum.study.toml",
+    "pendulum.toml",
+    "piston-heavy.study.toml",
+    "piston-light.study.toml",
+    "piston-map.study.toml",
+    "piston.toml",
     "rolling-ball.study.toml",
     "rolling-ball.toml",
     "sliding-plate.study.toml",
@@ -40,6 +54,7 @@ const FILES: [(&str, &str); 64] = cases![
     "vibrating-column.study.toml",
     "yielding-bar.study.toml",
     "yielding-bar.toml",
+    "stability/added-mass.study.toml",
     "stability/block-and-ball.toml",
     "stability/bullet.study.toml",
     "stability/bullet.toml",
@@ -113,7 +128,7 @@ mod tests {
             for entry in fs::read_dir(root.join(folder)).unwrap() {
                 let path = entry.unwrap().path();
                 let name = path.file_name().unwrap().to_string_lossy().into_owned();
-                if path.extension().is_some_and(|end| end == "toml" || end == "csv") {
+                if path.extension().is_some_and(|end| end == "toml" || end == "csv" || end == "obj") {
                     there.insert(if folder.is_empty() { name } else { format!("{folder}/{name}") });
                 }
             }
