@@ -1,4 +1,4 @@
-//! Files that a scene names: beside its own file, or inside this program for built-in scenes.
+//! Files that a scene names: beside its own file; for built-in scenes inside this program, or those that `--set` names.
 
 use std::borrow::Cow;
 use std::fs;
@@ -27,17 +27,15 @@ const LARGEST_BYTES: u64 = 4 << 30;
 
 /// Content of a file that a scene names, and where it was found.
 pub(super) fn read(scene: &Source, name: &str) -> Result<(Cow<'static, [u8]>, PathBuf), String> {
-    let Some(file) = &scene.file else {
-        let found = BUILT_IN.iter().find(|(known, _)| *known == name);
-        let (_, bytes) = found.ok_or_else(|| {
-            format!("there is no `{name}` inside this program; write the scene to a file to use files of your own")
-        })?;
+    let (path, origin) = if let Some(file) = &scene.file {
+        (file.parent().unwrap_or(Path::new("")).join(name), "paths are relative to the scene's file")
+    } else if let Some((_, bytes)) = BUILT_IN.iter().find(|(known, _)| *known == name) {
         return Ok((Cow::Borrowed(*bytes), PathBuf::from(name)));
+    } else {
+        (PathBuf::from(name), "it is not inside this program, and paths given by `--set` are relative to this folder")
     };
-    let path = file.parent().unwrap_or(Path::new("")).join(name);
     let shown = path.display();
-    let about = fs::metadata(&path)
-        .map_err(|e| format!("cannot read `{shown}`: {e}; paths are relative to the scene's file"))?;
+    let about = fs::metadata(&path).map_err(|e| format!("cannot read `{shown}`: {e}; {origin}"))?;
     if !about.is_file() || about.len() > LARGEST_BYTES {
         let bytes = about.len();
         return Err(format!("cannot read `{shown}`: it is no file of at most {LARGEST_BYTES} bytes, but has {bytes}"));

@@ -1,5 +1,7 @@
 //! Meshes and primitives: what a solver is given of them and what is seen.
 
+use std::borrow::Cow;
+
 use cosplat_core::asset::{Asset, TriangleMesh};
 use cosplat_core::boundary::Vec3;
 use cosplat_core::scene::{Body, Material, Source};
@@ -70,7 +72,7 @@ impl Maker<'_> {
         let (up, assumed) = stated_or(up, known.up, known.name);
         let recipe = Recipe { metres_per_unit: *metres_per_unit, up: axis(up) };
         // Assets inside this program have nothing beside them.
-        let beside = self.source.file.as_ref().map_or(Beside::Nothing, |_| Beside::of(&path));
+        let beside = if matches!(bytes, Cow::Borrowed(_)) { Beside::Nothing } else { Beside::of(&path) };
         let mut prepared = Prepared::from_bytes(&bytes, ending, beside, &recipe).map_err(named)?;
         prepared.report.notes.extend(assumed);
         Ok(prepared)
