@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
+use cosplat_viewer::recording::diagram::{Diagram, Series, write_diagrams};
 use cosplat_viewer::recording::{Curves, Layout, Recording, RecordingError};
 use cosplat_viewer::{Camera, Gaussians};
 use rerun::StoreKind;
@@ -189,4 +190,30 @@ fn bad_input_is_refused() {
     recording.series("curves/closure/x", 0, f64::INFINITY, f64::NAN).unwrap();
     with_gaussians(f32::NAN, |g| recording.splats("world/y", g)).unwrap();
     recording.flush().unwrap();
+}
+
+#[test]
+fn a_diagram_is_in_the_file_with_every_series_that_can_be_drawn() {
+    let file = File::new("diagram");
+    let series = |name: &str, marked: bool| Series {
+        name: name.into(),
+        colour: [0, 114, 178],
+        marked,
+        joined: true,
+        points: vec![(0.1, 1e-2, "coarse".into()), (f64::NAN, 1.0, "lost".into()), (10.0, 1e-4, "fine".into())],
+    };
+    let one = |title: &str| Diagram {
+        group: "case".into(),
+        title: title.into(),
+        axes: ["time [s]".into(), "error [1]".into()],
+        series: vec![series("runs", true), series("a/b", false)],
+    };
+    write_diagrams(&file.0, "study", "run-1", &[one("first"), one("second")]).unwrap();
+    let (chunks, active) = read(&std::fs::read(&file.0).unwrap());
+    assert_eq!(active, 1);
+    let entities: Vec<&str> = chunks.keys().filter(|(recording, _)| *recording).map(|(_, e)| e.as_str()).collect();
+    for part in ["grid", "axes", "0\\ runs", "0\\ runs/line", "1\\ a\\ b/line"] {
+        let path = format!("/diagram/1/{part}");
+        assert!(entities.contains(&path.as_str()), "{path}: {entities:?}");
+    }
 }

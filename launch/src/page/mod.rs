@@ -9,7 +9,7 @@ pub(crate) mod gallery;
 mod number;
 mod parts;
 mod pictures;
-mod scatter;
+pub(crate) mod scatter;
 pub(crate) mod study;
 mod tables;
 #[cfg(test)]

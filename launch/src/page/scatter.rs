@@ -15,35 +15,35 @@ const FORMS: usize = 4;
 
 /// A diagram.
 #[derive(Debug)]
-pub(super) struct Scatter<'a> {
+pub(crate) struct Scatter {
     /// What is shown.
-    pub(super) title: &'a str,
+    pub(crate) title: &'static str,
     /// Name and unit of the horizontal axis.
-    pub(super) x: &'a str,
+    pub(crate) x: String,
     /// Name and unit of the vertical axis.
-    pub(super) y: &'a str,
+    pub(crate) y: String,
     /// What a reader must know; may be empty.
-    pub(super) note: &'a str,
+    pub(crate) note: &'static str,
     /// The points.
-    pub(super) series: Vec<Series<'a>>,
+    pub(crate) series: Vec<Series>,
 }
 
 /// Points of one kind.
 #[derive(Debug)]
-pub(super) struct Series<'a> {
+pub(crate) struct Series {
     /// Name in the legend.
-    pub(super) name: String,
+    pub(crate) name: String,
     /// Place of its colour and form.
-    pub(super) style: usize,
+    pub(crate) style: usize,
     /// How its points are joined.
-    pub(super) line: Join,
+    pub(crate) line: Join,
     /// Place, and what is shown when pointed at. What is not positive is left out.
-    pub(super) points: Vec<(f64, f64, &'a str)>,
+    pub(crate) points: Vec<(f64, f64, String)>,
 }
 
 /// How points are joined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Join {
+pub(crate) enum Join {
     /// Not at all.
     Apart,
     /// By a thin line.
@@ -55,7 +55,7 @@ pub(super) enum Join {
 }
 
 /// The diagram with its legend.
-pub(super) fn figure(scatter: &Scatter<'_>) -> Markup {
+pub(super) fn figure(scatter: &Scatter) -> Markup {
     let places = || scatter.series.iter().flat_map(|s| &s.points).filter(is_drawable);
     let lost = scatter.series.iter().flat_map(|s| &s.points).filter(|p| !is_drawable(p)).count();
     html! {
@@ -72,8 +72,7 @@ pub(super) fn figure(scatter: &Scatter<'_>) -> Markup {
     }
 }
 
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "the form that `filter` calls")]
-fn is_drawable(point: &&(f64, f64, &str)) -> bool {
+fn is_drawable(point: &&(f64, f64, String)) -> bool {
     [point.0, point.1].iter().all(|v| (1e-300..1e300).contains(v))
 }
 
@@ -125,9 +124,9 @@ fn tick(value: f64) -> String {
     if (digit - 1.0).abs() < 0.05 { power } else { format!("{digit}·{power}") }
 }
 
-fn svg(scatter: &Scatter<'_>, x: Axis, y: Axis) -> Markup {
+fn svg(scatter: &Scatter, x: Axis, y: Axis) -> Markup {
     let [left, right, top, bottom] = AREA;
-    let at = |point: &(f64, f64, &str)| {
+    let at = |point: &(f64, f64, String)| {
         (left + x.share(point.0) * (right - left), bottom - y.share(point.1) * (bottom - top))
     };
     let number = |v: f64| format!("{v:.1}");
@@ -163,11 +162,11 @@ fn svg(scatter: &Scatter<'_>, x: Axis, y: Axis) -> Markup {
     }
 }
 
-fn colour(style: usize) -> &'static str {
+pub(crate) fn colour(style: usize) -> &'static str {
     COLOURS[style % COLOURS.len()]
 }
 
-fn joined(series: &Series<'_>, points: &str) -> Markup {
+fn joined(series: &Series, points: &str) -> Markup {
     let (width, dashes, colour) = match series.line {
         Join::Thick => ("7", "none", "#d5d8db"),
         Join::Dashed => ("1.6", "6 4", colour(series.style)),
@@ -192,7 +191,7 @@ fn mark(x: f64, y: f64, style: usize) -> Markup {
     }
 }
 
-fn legend(series: &Series<'_>) -> Markup {
+fn legend(series: &Series) -> Markup {
     html! {
         span.key {
             svg width="26" height="14" viewBox="0 0 26 14" aria-hidden="true" {
@@ -212,8 +211,10 @@ mod tests {
 
     fn drawn(points: &[(f64, f64, &str)]) -> String {
         let series = [Join::Apart, Join::Thin, Join::Dashed, Join::Thick].into_iter().enumerate();
-        let series = series.map(|(style, line)| Series { name: "<a>".into(), style, line, points: points.to_vec() });
-        let scatter = Scatter { title: "x", x: "time [s]", y: "error [1]", note: "", series: series.collect() };
+        let points: Vec<_> = points.iter().map(|&(x, y, name)| (x, y, name.to_owned())).collect();
+        let series = series.map(|(style, line)| Series { name: "<a>".into(), style, line, points: points.clone() });
+        let (x, y) = ("time [s]".to_owned(), "error [1]".to_owned());
+        let scatter = Scatter { title: "x", x, y, note: "", series: series.collect() };
         figure(&scatter).into_string()
     }
 

@@ -20,6 +20,7 @@ pub(crate) mod order;
 pub(crate) mod outcome;
 pub(crate) mod read;
 mod read_gate;
+pub(crate) mod recording;
 pub(crate) mod result;
 pub(crate) mod rows;
 mod section;

@@ -47,8 +47,7 @@ pub struct Layout<'a> {
 impl Layout<'_> {
     /// Name under which the viewer keeps the layout; only letters, digits, `-` and `_` are allowed in it.
     pub(super) fn application(&self) -> ApplicationId {
-        let kept = |c: char| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' };
-        ApplicationId::new_or_unknown(format!("cosplat-{}", self.scene.chars().map(kept).collect::<String>()))
+        application(self.scene)
     }
 
     /// The signed axis nearest to `up`.
@@ -128,7 +127,13 @@ impl Layout<'_> {
     }
 }
 
-fn view(
+/// Name under which the viewer keeps a layout.
+pub(super) fn application(name: &str) -> ApplicationId {
+    let kept = |c: char| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' };
+    ApplicationId::new_or_unknown(format!("cosplat-{}", name.chars().map(kept).collect::<String>()))
+}
+
+pub(super) fn view(
     stream: &RecordingStream,
     path: &str,
     class: &str,
@@ -143,7 +148,7 @@ fn view(
     stream.log(path, &view)
 }
 
-fn container(kind: ContainerKind, parts: &[String]) -> ContainerBlueprint {
+pub(super) fn container(kind: ContainerKind, parts: &[String]) -> ContainerBlueprint {
     let contents = parts.iter().map(|path| IncludedContent(datatypes::EntityPath::from(path.as_str())));
     ContainerBlueprint::new(kind).with_contents(contents)
 }
@@ -157,14 +162,14 @@ fn share(share: f32) -> rerun::blueprint::components::ColumnShare {
 /// inside itself.
 const FIRST: [u128; 2] = [1, 1 << 32];
 
-fn container_id(number: u128) -> Uuid {
+pub(super) fn container_id(number: u128) -> Uuid {
     Uuid::from_u128(FIRST[0] + number)
 }
 
-fn container_path(number: u128) -> String {
+pub(super) fn container_path(number: u128) -> String {
     format!("container/{}", container_id(number))
 }
 
-fn view_path(number: u128) -> String {
+pub(super) fn view_path(number: u128) -> String {
     format!("view/{}", Uuid::from_u128(FIRST[1] + number))
 }

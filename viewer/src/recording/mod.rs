@@ -9,6 +9,7 @@
 //! The content is the same for the same run, and so is its order; the bytes are not, because rerun gives every row and
 //! chunk an identity made of the clock and a random number.
 
+pub mod diagram;
 mod gaussians;
 mod layout;
 

@@ -13,7 +13,7 @@ use clap::{Args, Subcommand};
 use serde::Serialize;
 
 use crate::cli::Format;
-use crate::exit::{Code, Error};
+use crate::exit::{Code, Error, Problem};
 use crate::page;
 use crate::render::{Paint, json, print, printable, talk};
 use crate::study::case::{Case, Factor};
@@ -21,7 +21,7 @@ use crate::study::catalogue::Entry;
 use crate::study::conduct::{Conditions, News, conduct};
 use crate::study::result::CaseResult;
 use crate::study::text::human;
-use crate::study::{fingerprint, outcome::Class, rows};
+use crate::study::{fingerprint, outcome::Class, recording, rows};
 use crate::supervise::signals::Signals;
 
 /// Version of this program.
@@ -32,6 +32,8 @@ const ROWS: &str = "study.csv";
 const ANSWER: &str = "study.json";
 /// Everything for people.
 const PAGE: &str = "study.html";
+/// The diagrams for the rerun viewer.
+const RECORDING: &str = "study.rrd";
 
 const EXAMPLES: &str = "\
 Examples:
@@ -176,6 +178,10 @@ async fn of_cases(args: &StudyArgs, signals: &mut Signals) -> Result<Code, Error
     write(&out, ROWS, &rows::csv(&results, VERSION, &machine))?;
     write(&out, ANSWER, &text)?;
     write(&out, PAGE, &page::study::html(&page))?;
+    let recorded = recording::write(&out.join(RECORDING), &name, &results);
+    recorded.map_err(|e| {
+        Error::new(Code::Environment, Problem::new("The recording of the study cannot be written").because(e))
+    })?;
     args.output.show(&human(&results, &out.join(PAGE), Paint::stdout()), &text)?;
     Ok(if answer.passed { Code::Ok } else { Code::Verdict })
 }

@@ -1,6 +1,6 @@
 //! `study.html`: what results are worth, and what they take. One file without scripts.
 
-mod plots;
+pub(crate) mod plots;
 mod suites;
 mod tables;
 
@@ -8,10 +8,11 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::number::maybe;
 use super::parts::command;
+use super::scatter::figure;
 use super::tables::table;
 use crate::study::catalogue::Entry;
 use crate::study::result::{CaseResult, Row};
-use plots::{order_plot, split_plot, work_precision};
+use plots::diagrams;
 pub(crate) use suites::{ablation, controls, stability};
 use tables::{cheapest, fits, gates, quantities, runs};
 
@@ -140,11 +141,7 @@ fn case(case: &CaseResult) -> Markup {
         p { "Scene " code { (case.scene) } ". Reference: " (case.reference) "." }
         @for note in &case.notes { p.warn { (note) } }
         @if !case.gates.is_empty() { h3 { "Gates" } (gates(case)) }
-        div.charts {
-            (work_precision(case))
-            @if case.groups.iter().any(|g| g.fit.is_some()) { (order_plot(case)) }
-            @if case.rows.iter().any(|row| row.error_coupling.is_some()) { (split_plot(case)) }
-        }
+        div.charts { @for diagram in diagrams(case) { (figure(&diagram)) } }
         h3 { "Cheapest run below an error" }
         (cheapest(case))
         @if case.groups.iter().any(|g| g.fit.is_some()) { h3 { "Order of convergence" } (fits(case)) }
