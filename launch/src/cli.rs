@@ -179,6 +179,9 @@ pub(crate) struct CheckArgs {
     pub(crate) scene: String,
     #[command(flatten)]
     pub(crate) changes: SceneArgs,
+    /// Draw each capture into this folder: what is kept, what is dropped, and the particles in a cut
+    #[arg(long, value_name = "DIR")]
+    pub(crate) draw: Option<PathBuf>,
     /// Form of the answer on standard output
     #[arg(long, value_enum, default_value_t)]
     pub(crate) format: Format,

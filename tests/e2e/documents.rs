@@ -114,6 +114,13 @@ fn needs(line: &str) -> Option<&'static str> {
     if line.contains("out/NAME/splats") {
         return Some("mkdir -p out/NAME/splats; for n in 10 11; do cp plant.ply out/NAME/splats/frame_00$n.ply; done");
     }
+    if line.contains("--mask") {
+        // What is light in a picture of the capture itself.
+        return Some(
+            "rm -f object.ply mask.png && cosplat splat render capture.ply mask.png --size 96x72 --eye 0,0,-2 --target 0,0,0 && \
+             echo '{\"eye\": [0, 0, -2], \"target\": [0, 0, 0], \"up\": [0, -1, 0], \"fov_y_deg\": 40}' > camera.json",
+        );
+    }
     line.contains("first.toml").then_some("rm -f first.toml && cosplat new first")
 }
 

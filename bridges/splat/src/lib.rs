@@ -20,6 +20,7 @@ pub mod ground;
 mod linalg;
 mod merge;
 mod output;
+pub mod sequence;
 pub mod sh;
 mod similarity;
 pub mod skin;

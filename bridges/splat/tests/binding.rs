@@ -122,3 +122,24 @@ fn what_cannot_be_bound_is_refused() {
     let all = Particles { rest: &vertices, now: &vertices, gradients: None };
     assert!((0..3).all(|i| binding.locals(&splats, &all).unwrap()(i).displacement == Vector3::zeros()));
 }
+
+/// With the gradients of an affine motion, following the nearest particle alone is as exact as following twelve.
+#[test]
+fn the_nearest_particle_with_its_gradient_follows_affine_motion() {
+    let splats = some_splats(300, 0, 6);
+    let rest = lattice();
+    let binding = Binding::nearest(&splats, &rest).unwrap();
+    let a = Matrix3::new(1.1, 0.2, 0.0, -0.1, 0.9, 0.3, 0.0, 0.1, 1.2);
+    let b = Vector3::new(0.5, -1.0, 0.25);
+    let now = moved(&rest, &a, &b);
+    let rows = std::array::from_fn(|k| a[(k / 3, k % 3)] as f32);
+    let gradients = vec![rows; rest.len()];
+    let particles = Particles { rest: &rest, now: &now, gradients: Some(&gradients) };
+    let mut out = Splats::default();
+    skin(&splats, binding.locals(&splats, &particles).unwrap(), Limits::default(), &mut out);
+    let wanted = moved(&splats.positions, &a, &b);
+    // Single precision of numbers around 2.
+    let off = out.positions.iter().flatten().zip(wanted.iter().flatten()).map(|(p, q)| (p - q).abs());
+    assert!(off.fold(0.0, f32::max) < 2e-6);
+    assert!(Binding::nearest(&splats, &[]).is_err());
+}

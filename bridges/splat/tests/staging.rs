@@ -5,6 +5,7 @@
 mod common;
 
 use common::{Random, covariance, some_splats};
+use cosplat_core::scene::BindingKind;
 use cosplat_splat::bind::{BindError, Frame};
 use cosplat_splat::format::{self, Decoded};
 use cosplat_splat::skin::Limits;
@@ -282,4 +283,43 @@ fn the_shipped_plant_is_one_body() {
     println!("{moved:?} in {:.1} ms", start.elapsed().as_secs_f64() * 1e3);
     assert!(moved.unmoved > 30_000 && moved.moved > 70_000 && moved.lost == 0);
     assert!(out.positions.iter().zip(&body.source.positions).filter(|(a, b)| a == b).count() >= moved.unmoved);
+}
+
+/// An affine motion of a turned body with its gradients, through each binding of captures: the nearest particle and the
+/// nearest twelve follow it exactly, the mean of ten only where it is a translation.
+#[test]
+fn a_body_follows_by_the_binding_that_its_recipe_names() {
+    let (pose, frame) = (pose(), OutputFrame::world());
+    let turn = Rotation3::from_euler_angles(0.3, -0.2, 0.5);
+    let shift = Vector3::new(0.1, 0.0, -0.05);
+    for (kind, turned, shifted) in [
+        // Displacements in single precision over some millimetres.
+        (BindingKind::Affine, 1e-5, 1e-6),
+        (BindingKind::Particle, 1e-5, 1e-6),
+        // Off by the angle times the distance to the mean of ten, some millimetres.
+        (BindingKind::Mean, 1e-2, 1e-6),
+    ] {
+        let recipe = Recipe { binding: kind.into(), ..recipe() };
+        let body = Staged::new(Decoded { splats: capture(0), notes: Vec::new() }, &recipe).expect("it is a body");
+        let initial = world_of(&body, &pose);
+        let shown = body.shown(&pose, &frame, Some(&initial)).expect("the lengths fit");
+        let off = |map: &dyn Fn(Vector3<f64>) -> Vector3<f64>, gradient: [f32; 9]| {
+            let now: Vec<[f64; 3]> = initial.iter().map(|p| map(Vector3::from(*p)).into()).collect();
+            let gradients = vec![gradient; now.len()];
+            let mut out = Splats::default();
+            shown.deformed(&now, Some(&gradients), Limits::default(), &mut out).expect("the lengths fit");
+            let gap = |i: usize| {
+                let wanted = map(Vector3::from(shown.rest().positions[i].map(f64::from)));
+                (Vector3::from(out.positions[i].map(f64::from)) - wanted).norm()
+            };
+            let bound = (0..out.len()).filter(|i| body.unbound.binary_search(&(*i as u32)).is_err());
+            bound.map(gap).fold(0.0, f64::max)
+        };
+        let rows = std::array::from_fn(|k| turn.matrix()[(k / 3, k % 3)] as f32);
+        let identity = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        let (around, along) = (off(&|p| turn * p + shift, rows), off(&|p| p + shift, identity));
+        println!("{kind:?}: {around:.1e} m turned, {along:.1e} m shifted");
+        assert!(around < turned && along < shifted, "{kind:?}: {around} {along}");
+        assert!(kind != BindingKind::Mean || around > 1e-3, "the mean does not turn");
+    }
 }

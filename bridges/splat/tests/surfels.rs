@@ -4,7 +4,9 @@ mod common;
 
 use common::covariance;
 use cosplat_splat::bind::Frame;
-use cosplat_splat::surfel::{Fabric, Light, dots, fabric, grained, linear_of_display, lit, topological};
+use cosplat_splat::surfel::{
+    Fabric, Light, MeshSurfels, Sample, colour_by_vertices, dots, fabric, grained, linear_of_display, lit, topological,
+};
 use cosplat_splat::{OutputFrame, SH_C0, Splats};
 use nalgebra::{Matrix3, Vector3};
 
@@ -130,4 +132,76 @@ fn a_mesh_becomes_surfels_with_its_edges() {
     for i in 0..25 {
         assert!(covariance(&surfels, i)[(2, 2)] < 0.02 * covariance(&surfels, i)[(0, 0)]);
     }
+}
+
+/// Vertices of a sheet follow particles that are not its vertices, here those of a lattice around it, through a turn and a
+/// stretch: affine motion is followed exactly, so each surfel is where that of the turned and stretched sheet itself is.
+#[test]
+fn surfels_of_vertices_and_triangles_follow_particles_that_are_neither() {
+    let (light, world) = (Light::default(), OutputFrame::world());
+    let (positions, cloth) = sheet(9, 0.01, 1.0);
+    let pose = Frame::of_pose([0.1, -0.2, 0.3], [0.0, 0.0, 0.38268343, 0.92387953]).unwrap();
+    let around: Vec<[f64; 3]> = (0..6 * 6 * 4)
+        .map(|i| {
+            [0.018 * f64::from(i % 6) - 0.005, 0.018 * f64::from(i / 6 % 6) - 0.005, 0.01 * f64::from(i / 36) - 0.015]
+        })
+        .map(|p| pose.point(Vector3::from(p)).into())
+        .collect();
+    let stretch = Matrix3::new(1.3, 0.2, 0.0, 0.0, 0.9, 0.1, 0.1, 0.0, 1.0);
+    let map = |p: &[f64; 3]| <[f64; 3]>::from(stretch * Vector3::from(*p) + Vector3::new(0.0, 0.5, 0.0));
+    let now: Vec<[f64; 3]> = around.iter().map(map).collect();
+    let on_vertices = MeshSurfels::on_vertices(positions.clone(), cloth.clone(), false).unwrap();
+    let samples: Vec<Sample> = grained(&positions[..40], &[[0.0, 0.0, 1.0]; 40], &[1e-4; 40], [0.5; 3], 0.0);
+    let on_triangles = on_vertices.clone().on_triangles(samples).unwrap();
+    assert_eq!((on_vertices.gaussians(), on_triangles.gaussians()), (81, 40));
+    for mesh in [&on_vertices, &on_triangles] {
+        let worn = mesh.worn(&pose, &around, 12).unwrap();
+        let moved = worn.vertices(&now).unwrap();
+        let wanted: Vec<[f64; 3]> = mesh.posed(&pose).iter().map(map).collect();
+        let gap = |(p, q): (&[f64; 3], &[f64; 3])| (Vector3::from(*p) - Vector3::from(*q)).norm();
+        // Particles in single precision around 1 m, over neighbours 2 cm apart.
+        assert!(moved.iter().zip(&wanted).map(gap).fold(0.0, f64::max) < 2e-6);
+        let [found, expected] = [&moved, &wanted].map(|v| mesh.drawn(v, &light, &world).unwrap());
+        for i in 0..mesh.gaussians() {
+            let sigma = covariance(&expected, i);
+            assert!((covariance(&found, i) - sigma).amax() < 2e-3 * sigma.amax());
+            assert!((found.sh_dc[i][0] - expected.sh_dc[i][0]).abs() < 1e-2);
+        }
+        assert!(worn.vertices(&now[1..]).is_err() && mesh.drawn(&wanted[1..], &light, &world).is_err());
+    }
+    // Particles that are the vertices are followed to the last bit.
+    let own = on_vertices.posed(&pose);
+    let worn = on_vertices.worn(&pose, &own, 12).unwrap();
+    let moved: Vec<[f64; 3]> = own.iter().map(map).collect();
+    assert_eq!(worn.vertices(&moved).unwrap(), moved);
+}
+
+/// A closed mesh is dark inside: only the side towards the lamp is bright.
+#[test]
+fn a_closed_mesh_is_lit_from_one_side() {
+    let light = Light { towards: [0.0, 0.0, 1.0], ambient: 0.25 };
+    let (positions, mut cloth) = sheet(3, 0.01, 1.0);
+    cloth.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+    let colour = |is_closed: bool| {
+        let mesh = MeshSurfels::on_vertices(positions.clone(), cloth.clone(), is_closed).unwrap();
+        let splats = mesh.drawn(&positions, &light, &OutputFrame::world()).unwrap();
+        linear_of_display(0.5 + SH_C0 * f64::from(splats.sh_dc[4][0]))
+    };
+    // Single precision of a colour.
+    assert!((colour(true) / colour(false) - 0.25).abs() < 1e-5);
+}
+
+#[test]
+fn samples_take_the_colours_of_the_vertices_around_them() {
+    let (positions, cloth) = sheet(2, 1.0, 1.0);
+    let linear: Vec<[f32; 3]> = positions.iter().map(|p| [p[0] as f32, p[1] as f32, 0.25]).collect();
+    let mut samples = grained(&[[0.25, 0.5, 0.0], [1.0, 1.0, 0.1]], &[[0.0, 0.0, 1.0]; 2], &[1e-2; 2], [0.5; 3], 0.0);
+    colour_by_vertices(&mut samples, &positions, &cloth.triangles, &linear).unwrap();
+    for (sample, wanted) in samples.iter().zip([[0.25, 0.5, 0.25], [1.0, 1.0, 0.25]]) {
+        for k in 0..3 {
+            // A linear colour is reproduced by linear interpolation, to single precision.
+            assert!((linear_of_display(f64::from(sample.colour[k])) - wanted[k]).abs() < 1e-6);
+        }
+    }
+    assert!(colour_by_vertices(&mut samples, &positions, &cloth.triangles, &linear[1..]).is_err());
 }

@@ -4,6 +4,7 @@ use cosplat_core::plan::{InterfaceKind, source_kind};
 use cosplat_core::scene::Scheme;
 use serde::Serialize;
 
+use super::check_picture::draw;
 use crate::cli::{CheckArgs, Format};
 use crate::exit::{Code, Error, Problem};
 use crate::folder::summary::LeftOut;
@@ -66,6 +67,9 @@ struct Filled {
     mass_kg: Option<f64>,
     /// How it came about: what was dropped and why, what was left apart, where it lies.
     notes: Vec<String>,
+    /// What is kept, what is dropped, and a cut, where it was drawn.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    picture: Option<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -93,7 +97,14 @@ pub(crate) async fn check(args: &CheckArgs, signals: &mut Signals) -> Result<Cod
     for warning in &prepared.warnings {
         talk(warning.drawn.as_deref().unwrap_or(&warning.message));
     }
-    let check = Check::of(&prepared);
+    let mut check = Check::of(&prepared);
+    if let Some(folder) = &args.draw {
+        for (body, picture) in draw(&prepared.scene, &prepared.source, folder)? {
+            if let Some(filled) = check.filled.iter_mut().find(|f| f.body == body) {
+                filled.picture = Some(picture);
+            }
+        }
+    }
     match args.format {
         Format::Json => print(&json(&check)?)?,
         Format::Human => print(&check.human(Paint::stdout()))?,
@@ -132,6 +143,7 @@ impl Check {
                 volume_m3,
                 mass_kg: b.mass_kg.or_else(|| b.material.density().map(|density| density * volume_m3)),
                 notes: notes.map(|(_, words)| words.clone()).collect(),
+                picture: None,
             })
         };
         let interface = |i: &cosplat_core::plan::Interface| Interface {
@@ -197,7 +209,11 @@ impl Check {
                 f.spacing_m,
                 f.volume_m3
             );
-            parts.push([head].into_iter().chain(f.notes.iter().map(|n| format!("  {}\n", printable(n)))).collect());
+            let drawn = f.picture.iter().map(|p| {
+                format!("  drawn in {}: kept, dropped in red, and a cut through the particles\n", printable(p))
+            });
+            let notes = f.notes.iter().map(|n| format!("  {}\n", printable(n)));
+            parts.push([head].into_iter().chain(notes).chain(drawn).collect());
         }
         if self.interfaces.is_empty() {
             parts.push("no interfaces: no two processes exchange anything\n".into());

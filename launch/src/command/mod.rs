@@ -1,6 +1,7 @@
 //! One file per command.
 
 pub(crate) mod check;
+mod check_picture;
 pub(crate) mod completions;
 mod conduct;
 pub(crate) mod doctor;

@@ -5,7 +5,7 @@ use cosplat_core::visual::VisualState;
 use cosplat_splat::bind::Frame;
 use cosplat_splat::skin::Limits;
 use cosplat_splat::stage::{Shown, Staged};
-use cosplat_splat::surfel::{Fabric, Light, Sample, fabric, lit, lit_dots, puffs};
+use cosplat_splat::surfel::{Fabric, Light, MeshSurfels, Sample, Worn, fabric, lit, lit_dots, puffs};
 use cosplat_splat::{Axes, OutputFrame, Similarity, Splats};
 use cosplat_viewer::Gaussians;
 use nalgebra::Vector3;
@@ -35,6 +35,8 @@ pub(crate) enum Look {
     Surface(Vec<Sample>),
     /// A cloth whose vertices are its particles.
     Cloth(Cloth),
+    /// A mesh whose Gaussians are tied to its vertices or triangles, and to how many particles each vertex is.
+    Mesh(Box<MeshSurfels>, usize),
     /// Its particles: their spacing \[m\] and colour, linear RGB.
     Dots(f64, [f64; 3]),
     /// The same for smoke, which is seen through.
@@ -69,6 +71,7 @@ impl Drawn {
             Look::Capture(staged) => staged.splats.len() as u64,
             Look::Surface(samples) => samples.len() as u64,
             Look::Cloth(cloth) => cloth.rest.len() as u64,
+            Look::Mesh(mesh, _) => mesh.gaussians() as u64,
             Look::Dots(..) | Look::Smoke(..) => 0,
         }
     }
@@ -81,6 +84,8 @@ pub(super) struct Player<'a> {
     light: Light,
     /// Of a capture: how it stood at the first frame.
     shown: Option<Shown<'a>>,
+    /// Of a mesh: what its vertices follow since the first frame.
+    worn: Option<Worn>,
     /// Of a cloth: whether its solver shows the vertices that were prepared.
     is_woven: bool,
     /// Its Gaussians now.
@@ -95,9 +100,11 @@ impl<'a> Player<'a> {
         let light = Light::default();
         let splats = match &body.look {
             Look::Surface(samples) => lit(samples, &body.pose, &light, &frame),
+            // A collider never hears of a state.
+            Look::Mesh(mesh, _) => mesh.drawn(&mesh.posed(&body.pose), &light, &frame).unwrap_or_default(),
             Look::Capture(_) | Look::Cloth(_) | Look::Dots(..) | Look::Smoke(..) => Splats::default(),
         };
-        Self { body, frame, light, shown: None, is_woven: false, splats, has_moved: true, last: None }
+        Self { body, frame, light, shown: None, worn: None, is_woven: false, splats, has_moved: true, last: None }
     }
 
     /// Name of the body.
@@ -145,6 +152,21 @@ impl<'a> Player<'a> {
                 } else {
                     lit_dots(position, gradient, spacing, colour, &self.light, &self.frame)
                 };
+                self.splats = made.map_err(|e| wrong(e.to_string()))?;
+            }
+            (Look::Mesh(mesh, neighbours), VisualState::Particles { position, .. }) => {
+                if self.worn.is_none() {
+                    let worn = mesh.worn(&self.body.pose, position, *neighbours);
+                    self.worn = Some(worn.map_err(|e| wrong(e.to_string()))?);
+                }
+                let worn = self.worn.as_ref().ok_or_else(|| wrong("it is not staged".to_owned()))?;
+                let vertices = worn.vertices(position).map_err(|e| wrong(e.to_string()))?;
+                let made = mesh.drawn(&vertices, &self.light, &self.frame);
+                self.splats = made.map_err(|e| wrong(e.to_string()))?;
+            }
+            (Look::Mesh(mesh, _), VisualState::Pose { position, orientation }) => {
+                let pose = Frame::of_pose(*position, *orientation).map_err(|e| wrong(e.to_string()))?;
+                let made = mesh.drawn(&mesh.posed(&pose), &self.light, &self.frame);
                 self.splats = made.map_err(|e| wrong(e.to_string()))?;
             }
             (Look::Dots(spacing, colour), VisualState::Particles { position, gradient }) => {

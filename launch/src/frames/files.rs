@@ -69,6 +69,6 @@ pub(super) fn picture(number: u64) -> String {
 }
 
 /// Name of a splat file, below the run folder.
-pub(super) fn splats(number: u64) -> String {
-    format!("{SPLATS}/frame_{number:04}.ply")
+pub(super) fn splats(number: u64, ending: &str) -> String {
+    format!("{SPLATS}/frame_{number:04}.{ending}")
 }

@@ -11,6 +11,7 @@ mod live;
 mod moment;
 mod opening;
 mod rows;
+mod sequence;
 mod stage;
 mod worker;
 

@@ -8,7 +8,7 @@ use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
 use cosplat_core::visual::VisualFrame;
-use cosplat_splat::{OutputFrame, Splats, format, merge};
+use cosplat_splat::{OutputFrame, Splats, merge};
 use cosplat_viewer::gpu::Renderer;
 use cosplat_viewer::recording::Recording;
 use cosplat_viewer::{Camera, Gaussians, Picture, Preview, PreviewOptions, png};
@@ -17,11 +17,12 @@ use nalgebra::Vector3;
 use super::Order;
 use super::body::{Look, Player, borrowed};
 use super::conditions::{Conditions, lost_at};
-use super::files::{Frames, Wanted, picture, splats};
+use super::files::{Frames, Wanted, picture};
 use super::film::film;
 use super::live::Live;
 use super::moment::Item;
 use super::rows::Sums;
+use super::sequence::Sequence;
 use super::stage::{Stage, options, renderer};
 use crate::folder::{CONDITIONS, PICTURES, PREVIEW, SPLATS};
 
@@ -33,6 +34,7 @@ pub(super) struct Worker {
     renderer: Renderer,
     conditions: Option<Conditions>,
     preview: Preview,
+    sequence: Sequence,
     sums: Sums,
     done: Frames,
     /// Whether this life of the run has recorded anything.
@@ -62,6 +64,7 @@ impl Worker {
             ..PreviewOptions::default()
         });
         Ok(Self {
+            sequence: Sequence::new(&wanted.folder, output.splat_form),
             wanted,
             recording,
             live,
@@ -131,9 +134,9 @@ impl Worker {
                 self.preview.push(&drawn).map_err(|e| e.to_string())?;
                 self.done.pictures.push(name);
             }
-            if self.wanted.output.splats {
-                self.done.splats.push(splats(number));
-            }
+        }
+        if self.wanted.output.splats {
+            self.done.splats = self.sequence.take_over(taken)?;
         }
         self.done.left_out.extend(self.conditions.as_ref().and_then(|_| lost_at(taken)));
         self.done.taken = taken;
@@ -183,9 +186,7 @@ impl Worker {
         }
         let began = Instant::now();
         let sets: Vec<&Splats> = players.iter().map(|p| &p.splats).collect();
-        let all = merge(&sets).map_err(|e| e.to_string())?;
-        let name = splats(number);
-        format::write_file(&self.wanted.folder.join(&name), &all).map_err(|e| e.to_string())?;
+        let name = self.sequence.write(number, &merge(&sets).map_err(|e| e.to_string())?)?;
         self.note(&name);
         self.done.splats.push(name);
         self.done.write_s += began.elapsed().as_secs_f64();

@@ -81,6 +81,7 @@ fn points(body: &Drawn) -> Vec<Vector3<f64>> {
         Look::Capture(staged) => staged.splats.positions.clone(),
         Look::Surface(samples) => samples.iter().map(|s| s.position).collect(),
         Look::Cloth(cloth) => cloth.rest.iter().map(|p| p.map(|v| v as f32)).collect(),
+        Look::Mesh(mesh, _) => mesh.vertices_m().iter().map(|p| p.map(|v| v as f32)).collect(),
         Look::Dots(..) | Look::Smoke(..) => vec![[0.0; 3]],
     };
     own.into_iter().map(|p| body.pose.point(Vector3::from(p.map(f64::from)))).collect()

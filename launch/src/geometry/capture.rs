@@ -1,10 +1,13 @@
 //! Captures: Gaussians in metres, particles inside them, and what ties the two.
 
+use std::path::PathBuf;
+
 use cosplat_core::asset::Asset;
 use cosplat_core::scene::{Body, Source};
-use cosplat_splat::SplatError;
-use cosplat_splat::format::{self, ending_of};
+use cosplat_splat::clean::{Rules, clean};
+use cosplat_splat::format::{self, Decoded, ending_of};
 use cosplat_splat::stage::{Recipe, Report, Staged};
+use cosplat_splat::{Axes, SplatError, Splats};
 
 use super::up::{axis, stated_or};
 use super::{Made, Maker, files};
@@ -12,6 +15,28 @@ use crate::frames::Look;
 
 impl Maker<'_> {
     pub(super) fn capture(&self, body: &Body) -> Result<Made, String> {
+        let (decoded, recipe, assumed, path) = self.decoded(body)?;
+        let staged = Staged::new(decoded, &recipe).map_err(|e| format!("`{}`: {e}", path.display()))?;
+        let mut notes = notes(&staged.report, staged.cloud.position_m.len());
+        notes.extend(assumed);
+        let asset = Some(Asset::Particles(staged.cloud.clone()));
+        Ok(Made { asset, look: self.draws.then(|| Look::Capture(Box::new(staged))), notes })
+    }
+
+    /// The body, and what of its file was dropped, in the body's frame.
+    pub(super) fn with_dropped(&self, body: &Body) -> Result<(Staged, Splats), String> {
+        let (decoded, recipe, _, path) = self.decoded(body)?;
+        let (kept, _) = clean(&decoded.splats, &recipe.rules());
+        let (finite, _) = clean(&decoded.splats, &Rules { opacity: 0.0, ..Rules::default() });
+        let dropped: Vec<u32> = finite.into_iter().filter(|i| kept.binary_search(i).is_err()).collect();
+        let mut dropped = decoded.splats.select(&dropped);
+        let staged = Staged::new(decoded, &recipe).map_err(|e| format!("`{}`: {e}", path.display()))?;
+        staged.similarity.apply(&mut dropped, Axes::Scene);
+        Ok((staged, dropped))
+    }
+
+    /// The file of a capture, what is to be made of it, and a sentence about its up axis.
+    fn decoded(&self, body: &Body) -> Result<(Decoded, Recipe, Option<String>, PathBuf), String> {
         let Source::Splat { file, metres_per_unit, up, min_opacity, keep_box, fill } = &body.source else {
             return Err("its source is no capture".to_owned());
         };
@@ -28,13 +53,10 @@ impl Maker<'_> {
             min_opacity: *min_opacity,
             keep_box: *keep_box,
             method: *fill,
+            binding: self.bindings.get(&body.name).copied().unwrap_or_default(),
             ..Recipe::new(*metres_per_unit, axis(up), spacing)
         };
-        let staged = Staged::new(decoded, &recipe).map_err(|e| format!("`{}`: {e}", path.display()))?;
-        let mut notes = notes(&staged.report, staged.cloud.position_m.len());
-        notes.extend(assumed);
-        let asset = Some(Asset::Particles(staged.cloud.clone()));
-        Ok(Made { asset, look: self.draws.then(|| Look::Capture(Box::new(staged))), notes })
+        Ok((decoded, recipe, assumed, path))
     }
 }
 
@@ -51,6 +73,10 @@ fn notes(report: &Report, particles: usize) -> Vec<String> {
         format!("{share:.1} % of {} visible Gaussians follow them", report.visible),
         format!("visible from [{low}] to [{high}] m in its own frame"),
     ];
+    if report.cloud.closed_m2 > 0.0 {
+        let square_cm = 1e4 * report.cloud.closed_m2;
+        notes.push(format!("its underside, which no camera saw, is closed with {square_cm:.1} cm²"));
+    }
     notes.extend(report.notes.iter().cloned());
     notes
 }

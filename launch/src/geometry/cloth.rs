@@ -2,7 +2,7 @@
 
 use cosplat_core::asset::TriangleMesh;
 use cosplat_core::boundary::{Vec3, add, cross, norm, scale, sub};
-use cosplat_splat::surfel::{Fabric, grained};
+use cosplat_splat::surfel::{Fabric, Sample, grained};
 
 use crate::frames::{Cloth, Look};
 
@@ -32,8 +32,8 @@ pub(super) fn rectangle(size_m: [f64; 2], spacing_m: Option<f64>) -> Option<Tria
     Some(TriangleMesh { vertices_m, triangles })
 }
 
-/// A mesh of one colour whose vertices are what moves.
-pub(super) fn look(mesh: &TriangleMesh, colour: [f64; 3]) -> Look {
+/// The vertices of a mesh as samples of one colour with grain, each with the same share of the surface.
+pub(super) fn vertices(mesh: &TriangleMesh, colour: [f64; 3]) -> Vec<Sample> {
     let count = mesh.vertices_m.len();
     let (mut normals, mut areas) = (vec![[0.0; 3]; count], vec![0.0; count]);
     for triangle in &mesh.triangles {
@@ -44,11 +44,23 @@ pub(super) fn look(mesh: &TriangleMesh, colour: [f64; 3]) -> Look {
             areas[i as usize] += norm(normal) / 3.0;
         }
     }
-    let spacing = (areas.iter().sum::<f64>() / count.max(1) as f64).sqrt();
-    let samples = grained(&mesh.vertices_m, &normals, &vec![spacing * spacing; count], colour, GRAIN);
-    let colours = samples.iter().map(|s| s.colour).collect();
-    let fabric = Fabric { triangles: mesh.triangles.clone(), colours };
-    Look::Cloth(Cloth { rest: mesh.vertices_m.clone(), fabric, dots: (spacing, colour) })
+    let share = areas.iter().sum::<f64>() / count.max(1) as f64;
+    grained(&mesh.vertices_m, &normals, &vec![share; count], colour, GRAIN)
+}
+
+/// Root of the share of the surface that each vertex has \[m\].
+fn spacing(mesh: &TriangleMesh) -> f64 {
+    let of = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| mesh.vertices_m[i as usize]);
+        norm(cross(sub(b, a), sub(c, a))) / 2.0
+    };
+    (mesh.triangles.iter().map(of).sum::<f64>() / mesh.vertices_m.len().max(1) as f64).sqrt()
+}
+
+/// A mesh whose vertices are what moves, each a sample; `colour` is that of particles where its solver shows other ones.
+pub(super) fn look(mesh: &TriangleMesh, vertices: &[Sample], colour: [f64; 3]) -> Look {
+    let fabric = Fabric { triangles: mesh.triangles.clone(), colours: vertices.iter().map(|s| s.colour).collect() };
+    Look::Cloth(Cloth { rest: mesh.vertices_m.clone(), fabric, dots: (spacing(mesh), colour) })
 }
 
 #[cfg(test)]
@@ -63,7 +75,7 @@ mod tests {
         assert!(corner(0, [-0.15, -0.105, 0.0]) && corner(3, [0.15, -0.105, 0.0]) && corner(11, [0.15, 0.105, 0.0]));
         assert_eq!(rectangle([1.0, 0.5], None).unwrap().vertices_m.len(), 51 * 26);
         assert!(rectangle([1.0, 1.0], Some(1e-9)).is_none());
-        let Look::Cloth(cloth) = look(&mesh, [0.5; 3]) else { panic!("a cloth") };
+        let Look::Cloth(cloth) = look(&mesh, &vertices(&mesh, [0.5; 3]), [0.5; 3]) else { panic!("a cloth") };
         assert_eq!((cloth.fabric.colours.len(), cloth.rest.len()), (12, 12));
         assert!((cloth.dots.0 - (0.3_f64 * 0.21 / 12.0).sqrt()).abs() < 1e-12);
     }

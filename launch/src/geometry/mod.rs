@@ -16,9 +16,11 @@ use std::sync::Arc;
 use cosplat_core::asset::{Asset, ParticleCloud};
 use cosplat_core::plan::Refusal;
 use cosplat_core::plugin::SolverScene;
-use cosplat_core::scene::{Body, Material, Pose, Scene, Source, StaticCollider};
+use cosplat_core::scene::{BindingSpec, Body, Material, Pose, Scene, Source, StaticCollider};
 use cosplat_core::visual::VisualForm;
+use cosplat_splat::Splats;
 use cosplat_splat::bind::Frame;
+use cosplat_splat::stage::Staged;
 use cosplat_viewer::Shot;
 
 pub(crate) use self::up::axis;
@@ -44,9 +46,17 @@ pub(crate) struct Geometry {
 /// Edges of the box around a body \[m\], where its source tells: captures and points do not.
 pub(crate) fn extent(body: &Body, source: &scene_source::Source) -> Option<[f64; 3]> {
     match &body.source {
-        Source::Mesh { .. } => Maker { source, draws: false }.mesh_extent(&body.source),
+        Source::Mesh { .. } => Maker { source, draws: false, bindings: &BTreeMap::new() }.mesh_extent(&body.source),
         shape => primitive::mesh(shape).map(|mesh| shape::extent(&mesh.vertices_m)),
     }
+}
+
+/// A captured body, and what of its file was dropped, both in the body's frame.
+///
+/// # Errors
+/// In words, where its file cannot be used.
+pub(crate) fn staged(scene: &Scene, source: &scene_source::Source, body: &Body) -> Result<(Staged, Splats), String> {
+    Maker { source, draws: true, bindings: &scene.output.bindings }.with_dropped(body)
 }
 
 /// What came of one source.
@@ -60,6 +70,8 @@ struct Made {
 struct Maker<'a> {
     source: &'a scene_source::Source,
     draws: bool,
+    /// What the Gaussians of bodies are tied to, where the scene says so.
+    bindings: &'a BTreeMap<String, BindingSpec>,
 }
 
 impl Geometry {
@@ -73,7 +85,7 @@ impl Geometry {
         source: &scene_source::Source,
         visual: impl Fn(&str) -> Option<VisualForm>,
     ) -> Result<Self, Vec<Refusal>> {
-        let maker = Maker { source, draws: scene.output.draws() };
+        let maker = Maker { source, draws: scene.output.draws(), bindings: &scene.output.bindings };
         let (mut geometry, mut refused) = (Self::default(), Vec::new());
         for body in &scene.bodies {
             let made = maker.body(body, visual(&body.solver));
@@ -150,12 +162,15 @@ impl Maker<'_> {
         match &body.source {
             Source::Splat { .. } => self.capture(body),
             Source::Mesh { .. } if matches!(body.material, Material::Cloth { .. }) => self.sheet(body, colour),
-            Source::Mesh { .. } if is_rigid => self.rigid_mesh(&body.source, body.spacing_m, colour),
+            Source::Mesh { .. } if is_rigid => self.rigid_mesh(body, colour),
             Source::Mesh { .. } => self.filled_mesh(body, colour),
             _ if !self.draws || visual.is_none() => Ok(Made { asset: None, look: None, notes: Vec::new() }),
             Source::Plane { size_m: Some(size) } if matches!(body.material, Material::Cloth { .. }) => {
                 let mesh = cloth::rectangle(*size, body.spacing_m);
-                let look = mesh.map_or_else(|| Look::Dots(shape::spacing(body), colour), |m| cloth::look(&m, colour));
+                let look = mesh.map_or_else(
+                    || Look::Dots(shape::spacing(body), colour),
+                    |m| cloth::look(&m, &cloth::vertices(&m, colour), colour),
+                );
                 Ok(Made { asset: None, look: Some(look), notes: Vec::new() })
             }
             source if is_rigid => {
@@ -171,7 +186,7 @@ impl Maker<'_> {
     fn wall(&self, wall: &StaticCollider) -> Result<Made, String> {
         let mut made = match &wall.source {
             Source::Mesh { .. } | Source::HeightField { .. } => {
-                self.rigid_mesh(&wall.source, None, wall.color.unwrap_or(PLAIN))?
+                self.hard_mesh(&wall.source, None, wall.color.unwrap_or(PLAIN))?
             }
             source => {
                 Made { asset: None, look: shape::look(source, None, wall.color.unwrap_or(PLAIN))?, notes: Vec::new() }

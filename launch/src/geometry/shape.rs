@@ -4,10 +4,11 @@ use std::borrow::Cow;
 
 use cosplat_core::asset::{Asset, TriangleMesh};
 use cosplat_core::boundary::Vec3;
-use cosplat_core::scene::{Body, Material, Source};
+use cosplat_core::scene::{BindingKind, Body, Material, Source};
 use cosplat_mesh::format::{self, Beside};
 use cosplat_mesh::{MeshError, Prepared, Recipe, Report, fill, surface_samples};
-use cosplat_splat::surfel::grained;
+use cosplat_splat::bind::BindError;
+use cosplat_splat::surfel::{Fabric, MeshSurfels, Sample, colour_by_vertices, display_of_linear, grained};
 
 use super::up::{axis, stated_or};
 use super::{Made, Maker, cloth, files, primitive};
@@ -29,17 +30,28 @@ const DOTS_M: f64 = 0.02;
 
 impl Maker<'_> {
     /// A mesh that keeps its shape.
-    pub(super) fn rigid_mesh(&self, source: &Source, spacing: Option<f64>, colour: [f64; 3]) -> Result<Made, String> {
+    pub(super) fn hard_mesh(&self, source: &Source, spacing: Option<f64>, colour: [f64; 3]) -> Result<Made, String> {
         let prepared = self.mesh(source)?;
         let count = if matches!(source, Source::HeightField { .. }) { PLANE_SAMPLES } else { SAMPLES };
-        let look = if self.draws { Some(surface(&prepared.mesh, spacing, colour, GRAIN, count)?) } else { None };
+        let seen = || Ok::<Look, String>(Look::Surface(surface(&prepared, spacing, colour, GRAIN, count)?));
+        let look = self.draws.then(seen).transpose()?;
         Ok(Made { asset: Some(Asset::Mesh(prepared.mesh)), look, notes: notes(&prepared.report) })
+    }
+
+    /// A body that is a mesh and keeps its shape.
+    pub(super) fn rigid_mesh(&self, body: &Body, colour: [f64; 3]) -> Result<Made, String> {
+        let mut made = self.hard_mesh(&body.source, body.spacing_m, colour)?;
+        if let Some(bound) = self.bound_mesh(body, colour)? {
+            made.look = Some(bound);
+        }
+        Ok(made)
     }
 
     /// A mesh whose vertices are what moves: cloth.
     pub(super) fn sheet(&self, body: &Body, colour: [f64; 3]) -> Result<Made, String> {
         let prepared = self.mesh(&body.source)?;
-        let look = self.draws.then(|| cloth::look(&prepared.mesh, colour));
+        let plain = || self.draws.then(|| cloth::look(&prepared.mesh, &colours(&prepared, colour), colour));
+        let look = self.bound_mesh(body, colour)?.or_else(plain);
         Ok(Made { asset: Some(Asset::Mesh(prepared.mesh)), look, notes: notes(&prepared.report) })
     }
 
@@ -51,8 +63,25 @@ impl Maker<'_> {
         let cloud = fill(&prepared.mesh, spacing).map_err(|e| e.to_string())?;
         let mut notes = notes(&prepared.report);
         notes.push(format!("{} particles", cloud.position_m.len()));
-        let look = self.draws.then(|| dots(body, spacing, colour));
+        let plain = || self.draws.then(|| dots(body, spacing, colour));
+        let look = self.bound_mesh(body, colour)?.or_else(plain);
         Ok(Made { asset: Some(Asset::Particles(cloud)), look, notes })
+    }
+
+    /// What is seen of a mesh whose Gaussians the scene ties to its vertices or triangles; nothing where it does not.
+    fn bound_mesh(&self, body: &Body, colour: [f64; 3]) -> Result<Option<Look>, String> {
+        let Some(binding) = self.bindings.get(&body.name).filter(|_| self.draws) else { return Ok(None) };
+        let prepared = self.mesh(&body.source)?;
+        let is_closed = prepared.report.open_edges == 0;
+        let colours = colours(&prepared, colour).iter().map(|s| s.colour).collect();
+        let fabric = Fabric { triangles: prepared.mesh.triangles.clone(), colours };
+        let wrong = |e: BindError| e.to_string();
+        let mut surfels =
+            MeshSurfels::on_vertices(prepared.mesh.vertices_m.clone(), fabric, is_closed).map_err(wrong)?;
+        if binding.kind == BindingKind::Triangles {
+            surfels = surfels.on_triangles(surface(&prepared, None, colour, GRAIN, SAMPLES)?).map_err(wrong)?;
+        }
+        Ok(Some(Look::Mesh(Box::new(surfels), binding.neighbours)))
     }
 
     /// Edges of the box around a mesh \[m\]; nothing where it cannot be read, which is said elsewhere.
@@ -96,26 +125,51 @@ pub(super) fn extent(points: &[Vec3]) -> [f64; 3] {
 pub(super) fn look(source: &Source, spacing: Option<f64>, colour: [f64; 3]) -> Result<Option<Look>, String> {
     let is_plane = matches!(source, Source::Plane { .. });
     let (grain, count) = if is_plane { (PLANE_GRAIN, PLANE_SAMPLES) } else { (GRAIN, SAMPLES) };
-    let Some(mut look) =
-        primitive::mesh(source).map(|mesh| surface(&mesh, spacing, colour, grain, count)).transpose()?
+    let Some(mut samples) =
+        primitive::mesh(source).map(|mesh| covered(&mesh, spacing, colour, grain, count)).transpose()?
     else {
         return Ok(None);
     };
-    if let (true, Look::Surface(samples)) = (is_plane, &mut look) {
-        for sample in samples {
+    if is_plane {
+        for sample in &mut samples {
             sample.position[2] -= SUNK * sample.area.sqrt();
         }
     }
-    Ok(Some(look))
+    Ok(Some(Look::Surface(samples)))
 }
 
+/// Vertices as samples, in the colours of the file or in a plain one with grain.
+fn colours(prepared: &Prepared, colour: [f64; 3]) -> Vec<Sample> {
+    let mut samples = cloth::vertices(&prepared.mesh, colour);
+    for (sample, own) in samples.iter_mut().zip(&prepared.colours) {
+        sample.colour = own.map(|c| display_of_linear(f64::from(c)) as f32);
+    }
+    samples
+}
+
+/// Samples of a surface, in the colours of the file or in a plain one with grain.
 fn surface(
+    prepared: &Prepared,
+    spacing: Option<f64>,
+    colour: [f64; 3],
+    grain: f64,
+    count: f64,
+) -> Result<Vec<Sample>, String> {
+    let mut samples = covered(&prepared.mesh, spacing, colour, grain, count)?;
+    if !prepared.colours.is_empty() {
+        let TriangleMesh { vertices_m, triangles } = &prepared.mesh;
+        colour_by_vertices(&mut samples, vertices_m, triangles, &prepared.colours).map_err(|e| e.to_string())?;
+    }
+    Ok(samples)
+}
+
+fn covered(
     mesh: &TriangleMesh,
     spacing: Option<f64>,
     colour: [f64; 3],
     grain: f64,
     count: f64,
-) -> Result<Look, String> {
+) -> Result<Vec<Sample>, String> {
     let of = |t: &[u32; 3]| {
         let [a, b, c] = mesh.corners(*t);
         (b - a).cross(&(c - a)).norm() / 2.0
@@ -123,7 +177,7 @@ fn surface(
     let area: f64 = mesh.triangles.iter().map(of).sum();
     let chosen = (area / count).sqrt();
     let samples = surface_samples(mesh, spacing.map_or(chosen, |s| s.min(chosen))).map_err(|e| e.to_string())?;
-    Ok(Look::Surface(grained(&samples.position_m, &samples.normal, &samples.area_m2, colour, grain)))
+    Ok(grained(&samples.position_m, &samples.normal, &samples.area_m2, colour, grain))
 }
 
 /// What is seen of particles.

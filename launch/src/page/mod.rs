@@ -5,6 +5,7 @@
 
 mod axis;
 mod chart;
+pub(crate) mod drop;
 pub(crate) mod gallery;
 mod number;
 mod parts;

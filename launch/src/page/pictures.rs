@@ -22,7 +22,8 @@ pub(super) fn section(report: &Report<'_>) -> Option<Markup> {
     })
 }
 
-fn figure(picture: &Picture<'_>) -> Markup {
+/// One picture with its caption.
+pub(super) fn figure(picture: &Picture<'_>) -> Markup {
     html! {
         figure {
             img src={ "data:image/png;base64," (STANDARD.encode(picture.png)) } alt=(picture.caption);

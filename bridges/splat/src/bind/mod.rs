@@ -8,8 +8,10 @@ mod mean;
 mod triangles;
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use rayon::prelude::*;
 use thiserror::Error;
 
+use crate::grid::Grid;
 use crate::linalg::wide;
 use crate::splats::Splats;
 
@@ -87,6 +89,23 @@ pub enum Binding {
 }
 
 impl Binding {
+    /// Follows the nearest particle and its gradient: x → p' + F (x − p).
+    ///
+    /// # Errors
+    /// There is no particle, or a position is not finite.
+    pub fn nearest(splats: &Splats, particles: &[[f32; 3]]) -> Result<Binding, BindError> {
+        if particles.is_empty() {
+            return Err(BindError::NoParticles(splats.len()));
+        }
+        finite(&[("particle", particles), ("Gaussian", &splats.positions)])?;
+        let grid = Grid::new(particles);
+        let one = |found: &mut Vec<(f64, u32)>, p: &[f32; 3]| {
+            grid.nearest(wide(*p), 1, found);
+            found.first().map_or(0, |n| n.1)
+        };
+        Ok(Binding::OneToOne(splats.positions.par_iter().map_init(Vec::new, one).collect()))
+    }
+
     /// Follows the `k` nearest particles (12 is the default of this project).
     ///
     /// # Errors

@@ -42,7 +42,7 @@ fn frame(corners: [Vector3<f64>; 3]) -> Option<Matrix3<f64>> {
 }
 
 impl Triangles {
-    pub(super) fn new(
+    pub(crate) fn new(
         positions: &[[f32; 3]],
         vertices: &[[f32; 3]],
         triangles: &[[u32; 3]],
@@ -77,6 +77,13 @@ impl Triangles {
 
     pub(super) fn check(&self, gaussians: usize, particles: usize) -> Result<(), BindError> {
         super::same_lengths(self.own.len(), gaussians, self.particles, particles)
+    }
+
+    /// Corners of the triangle that a Gaussian lies at, and its barycentric coordinates: a sum of one, outside the triangle
+    /// with negative ones.
+    pub(crate) fn place(&self, i: usize) -> ([u32; 3], [f64; 3]) {
+        let One { corners, share: [s, t], .. } = self.own[i];
+        (corners, [1.0 - s - t, s, t])
     }
 
     pub(super) fn local(&self, i: usize, particles: &Particles<'_>) -> Local {

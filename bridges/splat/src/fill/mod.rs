@@ -78,6 +78,8 @@ pub struct Filling {
     pub surface_points: usize,
     /// Surface points with outside on both sides or on none: they count little for the winding number.
     pub two_sided: usize,
+    /// Area of the underside that was put where the body stands on the ground.
+    pub closed_area: f64,
     /// Voxel size at which the flood was stopped by the surface.
     pub pitch: f64,
 }
@@ -116,6 +118,7 @@ pub fn fill(splats: &Splats, settings: &Settings) -> Result<Filling, FillError> 
     if surface.points.len() < 4 {
         return Err(FillError::NoSurface(surface.points.len()));
     }
+    let closed_area = surface.closed as f64 * (h / 2.0).powi(2);
     let (lower, upper) = surface.bounds();
     let wanted = ((upper - lower) / h).add_scalar(9.0).product();
     if wanted > MOST {
@@ -162,6 +165,7 @@ pub fn fill(splats: &Splats, settings: &Settings) -> Result<Filling, FillError> 
         volume_each: h * h * h,
         surface_points: surface.points.len(),
         two_sided: surface.confidence.iter().filter(|c| **c < 0.5).count(),
+        closed_area,
         pitch: voxels.pitch,
     })
 }

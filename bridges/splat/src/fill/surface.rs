@@ -24,6 +24,8 @@ pub(super) struct Surface {
     pub(super) areas: Vec<f64>,
     /// 0 where outside is on both sides or on none, 1 where it is on one; from ½ on a point counts in full.
     pub(super) confidence: Vec<f64>,
+    /// Points of the underside that was put, the last ones, before any was left out.
+    pub(super) closed: usize,
 }
 
 /// Sums of one cell: position, standard deviation, number.
@@ -45,6 +47,7 @@ impl Surface {
         }
         let mut points: Vec<[f32; 3]> = cells.values().map(|(p, _, n)| (p / *n).map(|v| v as f32).into()).collect();
         let mut sigmas: Vec<f64> = cells.values().map(|(_, s, n)| s / n).collect();
+        let seen = points.len();
         if on_ground {
             points.extend(underside(&points, cell));
             sigmas.resize(points.len(), 0.0);
@@ -57,7 +60,8 @@ impl Surface {
         };
         let (normals, areas): (Vec<_>, Vec<_>) = points.par_iter().map_init(Vec::new, of).unzip();
         let confidence = vec![0.0; points.len()];
-        Surface { points, sigmas, normals, areas, confidence }
+        let closed = points.len() - seen;
+        Surface { points, sigmas, normals, areas, confidence, closed }
     }
 
     /// Lower and upper corner.
@@ -74,6 +78,7 @@ impl Surface {
             sigmas: kept(self.sigmas, &stays),
             normals: kept(self.normals, &stays),
             areas: kept(self.areas, &stays),
+            closed: self.closed,
             confidence: kept(self.confidence, &stays),
         }
     }

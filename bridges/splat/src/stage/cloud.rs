@@ -39,6 +39,8 @@ pub struct CloudReport {
     pub inside_volume_m3: f64,
     /// Height of the underside in the body's frame \[m\]: no particle lies below.
     pub base_m: f64,
+    /// Area of the underside that no camera saw and that was closed \[m²\].
+    pub closed_m2: f64,
     /// Surface points with outside on both sides or on none.
     pub two_sided: usize,
 }
@@ -89,6 +91,7 @@ pub(super) fn cloud(
         volume_m3: volume_m3.iter().sum(),
         inside_volume_m3: within as f64 * each,
         base_m: body.first().map_or(0.0, |c| f64::from(c[0]) * h),
+        closed_m2: filling.closed_area,
         two_sided: filling.two_sided,
     };
     let cloud = ParticleCloud { spacing_m: h, position_m: body.iter().map(place).collect(), volume_m3 };

@@ -12,7 +12,7 @@ mod shown;
 use std::path::Path;
 
 use cosplat_core::asset::ParticleCloud;
-use cosplat_core::scene::Fill;
+use cosplat_core::scene::{BindingKind, BindingSpec, Fill};
 use nalgebra::Vector3;
 use thiserror::Error;
 
@@ -52,8 +52,8 @@ pub struct Recipe {
     pub fill: fill::Settings,
     /// Densities from which [`Fill::Physgaussian`] takes a cell as shell, and as a wall for its rays.
     pub thresholds: [f32; 2],
-    /// Particles that each Gaussian follows.
-    pub neighbours: usize,
+    /// What the Gaussians are tied to; one of the bindings of captures.
+    pub binding: BindingSpec,
 }
 
 impl Recipe {
@@ -67,7 +67,18 @@ impl Recipe {
             method: Fill::default(),
             fill: fill::Settings { on_ground: true, ..fill::Settings::new(spacing_m) },
             thresholds: [5.0, 3.0],
-            neighbours: 12,
+            binding: BindingSpec::default(),
+        }
+    }
+}
+
+impl Recipe {
+    /// Which Gaussians stay.
+    pub fn rules(&self) -> Rules {
+        Rules {
+            opacity: self.min_opacity,
+            inside: self.keep_box.map(|[lower, upper]| Box3::from_corners(lower, upper)),
+            largest_sigma: None,
         }
     }
 }
@@ -151,12 +162,7 @@ impl Staged {
     /// [`StageError`].
     pub fn new(decoded: Decoded, recipe: &Recipe) -> Result<Staged, StageError> {
         let similarity = Similarity::upright(recipe.up, recipe.metres_per_unit)?;
-        let rules = Rules {
-            opacity: recipe.min_opacity,
-            inside: recipe.keep_box.map(|[lower, upper]| Box3::from_corners(lower, upper)),
-            largest_sigma: None,
-        };
-        let (kept, counted) = clean(&decoded.splats, &rules);
+        let (kept, counted) = clean(&decoded.splats, &recipe.rules());
         if kept.is_empty() {
             return Err(StageError::Empty(counted));
         }
@@ -170,13 +176,24 @@ impl Staged {
             (filled.cloud, filled.report, Binding::OneToOne((0..splats.len() as u32).collect()))
         } else {
             let (cloud, of_cloud) = cloud::cloud(&splats, &recipe.fill, recipe.method == Fill::Winding)?;
-            let binding = Binding::affine(&splats, &single(&cloud.position_m), recipe.neighbours)?;
+            let binding = bound(&splats, &single(&cloud.position_m), recipe.binding)?;
             (cloud, of_cloud, binding)
         };
         let particles = single(&cloud.position_m);
         let mut report = Report { clean: counted, notes: decoded.notes, cloud: of_cloud, ..Report::default() };
         let unbound = report.measure(&splats, &particles, recipe.fill.spacing);
         Ok(Staged { source, splats, similarity, cloud, binding, unbound, report })
+    }
+}
+
+/// Gaussians of a capture, tied to particles; what is for meshes is taken as the default.
+fn bound(splats: &Splats, particles: &[[f32; 3]], spec: BindingSpec) -> Result<Binding, BindError> {
+    match spec.kind {
+        BindingKind::Mean => Binding::mean(splats, particles, spec.neighbours),
+        BindingKind::Particle => Binding::nearest(splats, particles),
+        BindingKind::Affine | BindingKind::Vertices | BindingKind::Triangles => {
+            Binding::affine(splats, particles, spec.neighbours)
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use cosplat_core::boundary::Vec3;
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Staged, single};
-use crate::bind::{BindError, Frame, Local, Particles};
+use crate::bind::{BindError, Binding, Frame, Local, Particles, matrix};
 use crate::output::OutputFrame;
 use crate::similarity::Similarity;
 use crate::skin::{self, Limits, skin};
@@ -91,9 +91,11 @@ impl Shown<'_> {
             (Vector3::from(*rest) + back * (Vector3::from(*to) - Vector3::from(*from))).map(|v| v as f32).into()
         };
         let moved: Vec<[f32; 3]> = self.body.cloud.position_m.iter().zip(&self.initial).zip(now).map(in_body).collect();
-        let particles = Particles { rest: &self.particles, now: &moved, gradients };
+        let own = gradients.and_then(|all| self.in_body(all));
+        let particles = Particles { rest: &self.particles, now: &moved, gradients: own.as_deref().or(gradients) };
         let local = self.body.binding.locals(&self.body.splats, &particles)?;
-        let turn = if gradients.is_some() { self.frame.from_world.rotation } else { self.from_body.rotation };
+        let in_world = gradients.is_some() && own.is_none();
+        let turn = if in_world { self.frame.from_world.rotation } else { self.from_body.rotation };
         let of = |i: usize| {
             if self.body.unbound.binary_search(&(i as u32)).is_ok() {
                 return Local::still();
@@ -105,6 +107,20 @@ impl Shown<'_> {
             }
         };
         Ok(skin(&self.rest, of, limits, out))
+    }
+
+    /// Gradients in the body's axes, Rᵀ F R, where the binding lets them turn offsets, which are in these axes; nothing
+    /// where it does not, or where the axes are those of the world.
+    fn in_body(&self, gradients: &[[f32; 9]]) -> Option<Vec<[f32; 9]>> {
+        let turn = self.pose.rotation;
+        if !matches!(self.body.binding, Binding::OneToOne(_)) || turn == Matrix3::identity() {
+            return None;
+        }
+        let one = |rows: &[f32; 9]| {
+            let own = turn.transpose() * matrix(*rows) * turn;
+            std::array::from_fn(|k| own[(k / 3, k % 3)] as f32)
+        };
+        Some(gradients.iter().map(one).collect())
     }
 
     /// The Gaussians of a rigid body at another pose; at that of t = 0 with the bits of [`Shown::rest`].

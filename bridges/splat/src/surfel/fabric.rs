@@ -70,12 +70,21 @@ pub fn fabric(
     light: &Light,
     frame: &OutputFrame,
 ) -> Result<Splats, BindError> {
+    shaded(positions_m, fabric, &|normal| light.share(normal.dot(&light.direction()).abs()), frame)
+}
+
+/// One surfel a vertex; `share` is the part of the light that a place with this normal sends back.
+pub(super) fn shaded(
+    positions_m: &[[f64; 3]],
+    fabric: &Fabric,
+    share: &dyn Fn(&Vector3<f64>) -> f64,
+    frame: &OutputFrame,
+) -> Result<Splats, BindError> {
     let count = positions_m.len();
     if fabric.colours.len() != count {
         return Err(BindError::Length("vertices", fabric.colours.len(), count));
     }
     let around = around(positions_m, &fabric.triangles)?;
-    let towards = Vector3::from(light.towards).try_normalize(0.0).unwrap_or_else(Vector3::zeros);
     let mut splats = Splats::with_capacity(count, 0);
     splats.axes = Axes::Scene;
     let logit = logit_of_opacity(OPACITY);
@@ -83,7 +92,7 @@ pub fn fabric(
         let normal = own.normal.try_normalize(0.0).filter(|n| n.iter().all(|c| c.is_finite()));
         let normal = normal.unwrap_or_else(Vector3::z);
         let (axes, sigmas) = own.shape(&normal);
-        let share = light.ambient + (1.0 - light.ambient) * normal.dot(&towards).abs();
+        let share = share(&normal);
         let lit = colour.map(|c| display_of_linear(linear_of_display(f64::from(c)) * share));
         splats.positions.push(position.map(|v| v as f32));
         splats.rotations.push(quaternion_of(&axes, [1.0, 0.0, 0.0, 0.0]));

@@ -20,6 +20,18 @@ pub struct Light {
     pub ambient: f64,
 }
 
+impl Light {
+    /// Towards the lamp, of length one; zero where it has no direction.
+    pub(super) fn direction(&self) -> Vector3<f64> {
+        Vector3::from(self.towards).try_normalize(0.0).unwrap_or_else(Vector3::zeros)
+    }
+
+    /// Share of the light that a surface sends back by Lambert's law, from the cosine to the lamp.
+    pub(super) fn share(&self, cosine: f64) -> f64 {
+        self.ambient + (1.0 - self.ambient) * cosine.max(0.0)
+    }
+}
+
 impl Default for Light {
     /// High, from the front left; captures are mostly taken in soft light, so half of it is ambient.
     fn default() -> Light {

@@ -3,6 +3,7 @@
 mod dots;
 mod fabric;
 mod light;
+mod mesh;
 mod shade;
 
 use nalgebra::{Matrix3, Vector3};
@@ -13,6 +14,7 @@ use crate::splats::{Axes, Splats, dc_of_colour, logit_of_opacity};
 pub use dots::{dots, puffs};
 pub use fabric::{Fabric, fabric, topological};
 pub use light::{Light, display_of_linear, grained, linear_of_display, lit};
+pub use mesh::{MeshSurfels, Worn, colour_by_vertices};
 pub use shade::lit_dots;
 
 /// Standard deviation along the surface, in units of the square root of a sample's area. At 0.6 a lattice of samples

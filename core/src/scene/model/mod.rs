@@ -2,6 +2,7 @@
 //!
 //! Nothing here reads text; `read` turns a TOML file into these types and collects every mistake on the way.
 
+mod binding;
 mod body;
 mod camera;
 mod coupling;
@@ -12,6 +13,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+pub use binding::*;
 pub use body::*;
 pub use camera::*;
 pub use coupling::*;
@@ -133,6 +135,9 @@ pub struct OutputSpec {
     pub pictures: bool,
     /// Write each frame as a splat file.
     pub splats: bool,
+    /// In which form.
+    #[serde(default)]
+    pub splat_form: SplatForm,
     /// Write a recording for the viewer.
     pub recording: bool,
     /// Make a film of the pictures.
@@ -147,6 +152,22 @@ pub struct OutputSpec {
     pub preset: Option<Preset>,
     /// Where pictures are taken from; `None` lets the launcher look at all that moves.
     pub camera: Option<CameraSpec>,
+    /// What the Gaussians of bodies are tied to, by body, where the scene says so.
+    #[serde(default)]
+    pub bindings: BTreeMap<String, BindingSpec>,
+}
+
+/// In which form frames are written as splat files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SplatForm {
+    /// Each frame with all bits, for any viewer.
+    #[default]
+    Ply,
+    /// Each frame packed, for most viewers.
+    Spz,
+    /// The first frame as `.ply`, of the others what has changed since.
+    Compact,
 }
 
 /// Who draws the pictures.
@@ -201,6 +222,7 @@ impl Default for OutputSpec {
             ledger_every: 1,
             pictures: false,
             splats: false,
+            splat_form: SplatForm::default(),
             recording: false,
             video: false,
             live: false,
@@ -208,6 +230,7 @@ impl Default for OutputSpec {
             renderer: RendererSpec::default(),
             preset: None,
             camera: None,
+            bindings: BTreeMap::new(),
         }
     }
 }

@@ -6,13 +6,13 @@ use super::names::{self, Kind};
 use super::node::{Origin, Value};
 use super::report::{nearest, quoted};
 use super::value::At;
-use super::{material, motion, pair, source};
+use super::{binding, material, motion, pair, source};
 use crate::scene::material::Material;
-use crate::scene::model::{Body, Source, StaticCollider, Wall};
+use crate::scene::model::{BindingSpec, Body, Source, StaticCollider, Wall};
 use crate::scene::pair::DEFAULT_FRICTION;
 
-/// One `[[body]]`; none if something that others depend on could not be read.
-pub(super) fn body(fields: &Fields<'_>) -> Option<Body> {
+/// One `[[body]]` and what its Gaussians are tied to; none if something that others depend on could not be read.
+pub(super) fn body(fields: &Fields<'_>) -> Option<(Body, Option<BindingSpec>)> {
     let name = fields.must("name", |at| names::declare(&at, Kind::Body));
     let has_mass = fields.has("mass");
     let material = fields.must("material", |at| material::material(&at, has_mass)).flatten();
@@ -26,11 +26,14 @@ pub(super) fn body(fields: &Fields<'_>) -> Option<Body> {
     let mass_kg = fields.opt("mass", |at| at.num(Limits::positive("kg")));
     let spacing_m = fields.opt("spacing", |at| at.num(Limits::positive("m")));
     let color = motion::color(fields);
+    let binding = binding::binding(fields);
     check_fit(fields, material.as_ref(), source.as_ref());
 
     let (name, material, source) = (name?, material?, source?);
+    binding::check(fields, binding, &source);
     let solver = solver.unwrap_or_else(|| material.default_solver().to_owned());
-    Some(Body { name, solver, material, source, pose, mass_kg, spacing_m, velocity, prescribed, color })
+    let body = Body { name, solver, material, source, pose, mass_kg, spacing_m, velocity, prescribed, color };
+    Some((body, binding))
 }
 
 /// Complains about materials and shapes that do not go together.

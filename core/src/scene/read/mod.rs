@@ -31,6 +31,7 @@
 //! ```
 
 mod action;
+mod binding;
 mod body;
 mod camera;
 mod fields;
@@ -109,7 +110,12 @@ fn read_scene(root: &Fields<'_>) -> Option<Scene> {
     }
     let name = root.must("name", |at| at.name()).unwrap_or_default();
     let mut clock = settings::clock(root);
-    let output = settings::output(root, clock.as_mut());
+    let mut output = settings::output(root, clock.as_mut());
+    let bodies = root.tables("body", |fields| {
+        let (body, binding) = body::body(fields)?;
+        output.bindings.extend(binding.map(|binding| (body.name.clone(), binding)));
+        Some(body)
+    });
     let duration_s = clock.as_ref().map_or(f64::NAN, |clock| clock.duration_s);
     let mut scene = Scene {
         title: root.opt("title", |at| at.text()).unwrap_or_else(|| name.clone()),
@@ -117,7 +123,7 @@ fn read_scene(root: &Fields<'_>) -> Option<Scene> {
         clock: clock.unwrap_or(STAND_IN_CLOCK),
         space: settings::space(root),
         solvers: solver::solvers(root),
-        bodies: root.tables("body", body::body),
+        bodies,
         statics: root.tables("static", body::static_collider),
         pairs: Vec::new(),
         links: root.tables("link", link::link),

@@ -1,11 +1,15 @@
 //! `[clock]`, `[space]`, `[output]` and `[run]`.
 
+use std::collections::BTreeMap;
+
 use super::camera::camera;
 use super::fields::Fields;
 use super::limits::{Limits, number};
 use super::node::Value;
 use super::value::At;
-use crate::scene::model::{Break, ClockSpec, MotionRule, OutputSpec, Preset, RendererSpec, RunSpec, Scheme, Space};
+use crate::scene::model::{
+    Break, ClockSpec, MotionRule, OutputSpec, Preset, RendererSpec, RunSpec, Scheme, Space, SplatForm,
+};
 
 const TIME: Limits = Limits::positive("s");
 /// Windows of the longest run; more of them never end.
@@ -16,6 +20,10 @@ const DEFAULT_JOIN_LIMIT_S: f64 = 30.0;
 
 /// Axes by name.
 pub(super) const AXES: [(&str, usize); 3] = [("x", 0), ("y", 1), ("z", 2)];
+
+/// Forms of splat files, by name.
+const FORMS: [(&str, SplatForm); 3] =
+    [("ply", SplatForm::Ply), ("spz", SplatForm::Spz), ("compact", SplatForm::Compact)];
 
 /// Who draws, by name.
 const RENDERERS: [(&str, RendererSpec); 3] =
@@ -131,11 +139,13 @@ pub(super) fn output(root: &Fields<'_>, clock: Option<&mut ClockSpec>) -> Output
             })
         };
         let video = framed("video", false);
+        let (splats, splat_form) = splats(fields, has_frames, &framed);
         OutputSpec {
             trace: fields.or("trace", plain.trace, |at| at.flag()),
             ledger_every: fields.or("ledger_every", plain.ledger_every, |at| at.count(1..=1_000_000_000)),
             pictures: framed("pictures", has_frames),
-            splats: framed("splats", has_frames),
+            splats,
+            splat_form,
             recording: framed("recording", has_frames),
             video: made_of_pictures(fields, "video", video, has_frames),
             live: false,
@@ -143,9 +153,21 @@ pub(super) fn output(root: &Fields<'_>, clock: Option<&mut ClockSpec>) -> Output
             renderer: fields.opt("renderer", |at| at.word(&RENDERERS)).flatten().unwrap_or_default(),
             preset: preset.filter(|_| made_of_pictures(fields, "preset", true, has_frames)),
             camera: fields.opt("camera", |at| at.table(|fields| camera(fields, preset))).flatten(),
+            bindings: BTreeMap::new(),
         }
     };
     root.opt("output", |at| at.table(read)).flatten().unwrap_or_else(|| plain.clone())
+}
+
+/// Whether splat files are written, and in which form: `false`, `true`, or the name of a form.
+fn splats(fields: &Fields<'_>, has_frames: bool, framed: &dyn Fn(&'static str, bool) -> bool) -> (bool, SplatForm) {
+    let named = fields.get("splats").filter(|at| matches!(at.node.value, Value::Text(_)));
+    let Some(at) = named else { return (framed("splats", has_frames), SplatForm::default()) };
+    if !has_frames {
+        let help = "add `fps` to `[clock]`, for example `fps = 24`".to_owned();
+        at.error("`splats` needs frames, and the scene has no frame rate".to_owned(), Some(help));
+    }
+    (has_frames, at.word(&FORMS).unwrap_or_default())
 }
 
 /// A preset, for which the clock has to give as many frames as it needs.

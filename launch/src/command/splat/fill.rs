@@ -7,11 +7,12 @@ use cosplat_core::scene::Fill;
 use cosplat_splat::fill;
 use cosplat_splat::format::Decoded;
 use cosplat_splat::stage::{Recipe, Staged};
-use cosplat_splat::surfel::dots;
-use cosplat_splat::{OutputFrame, Splats, merge};
 use cosplat_viewer::{Options, Picture, png, psnr, render as draw};
 use serde::Serialize;
 
+use super::cut::particles;
+use super::drop::{Conditions, Fall, drop};
+use super::fallen::page;
 use super::look::{LookArgs, borrowed, camera, vector};
 use super::output::{Output, free};
 use super::picture::picture_name;
@@ -26,10 +27,6 @@ use crate::render::{Paint, json, print, printable, table};
 const ALONG: f64 = 40.0;
 /// Side of one of the six pictures.
 const SIDE_PX: usize = 480;
-/// Colours of particles, linear: on the surface, inside, and Gaussians that are particles.
-const SURFACE: [f64; 3] = [0.1, 0.35, 0.8];
-const INSIDE: [f64; 3] = [0.9, 0.35, 0.05];
-
 /// `cosplat splat fill`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct FillArgs {
@@ -40,6 +37,18 @@ pub(crate) struct FillArgs {
     /// above, a cut with the particles below
     #[arg(long, value_name = "OUT.png", value_parser = picture_name)]
     pub(crate) compare: Option<PathBuf>,
+    /// Page to write: all three are dropped on the ground, elastic; their heights and shapes as curves, with pictures
+    #[arg(long, value_name = "OUT.html", value_parser = page_name)]
+    pub(crate) drop: Option<PathBuf>,
+    /// Height from which they are dropped, in metres [default: half of the longest side]
+    #[arg(long, value_name = "METRES", requires = "drop")]
+    pub(crate) height: Option<f64>,
+    /// Density of what is dropped, in kg/m³
+    #[arg(long, value_name = "KG/M3", default_value_t = 300.0)]
+    pub(crate) mass_density: f64,
+    /// Young's modulus of what is dropped, in Pa
+    #[arg(long, value_name = "PA", default_value_t = 2e4)]
+    pub(crate) youngs_modulus: f64,
     /// Distance of particles in metres [default: a fortieth of the longest side]
     #[arg(long, value_name = "METRES")]
     pub(crate) spacing: Option<f64>,
@@ -82,6 +91,16 @@ struct Way {
     /// Against the picture of the capture itself; absent where no bit differs, or nothing was drawn.
     #[serde(skip_serializing_if = "Option::is_none")]
     outside_psnr_db: Option<f64>,
+    /// Shapes while it is dropped.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fall: Option<Fall>,
+}
+
+#[derive(Debug, Serialize)]
+struct Dropped {
+    #[serde(flatten)]
+    conditions: Conditions,
+    page: String,
 }
 
 #[derive(Debug, Serialize)]
@@ -92,6 +111,9 @@ struct Filled {
     ways: Vec<Way>,
     #[serde(skip_serializing_if = "Option::is_none")]
     picture: Option<String>,
+    /// How they were dropped, and the page about it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dropped: Option<Dropped>,
 }
 
 /// Fills a capture in three ways.
@@ -108,7 +130,7 @@ pub(super) fn fill(args: &FillArgs) -> Result<Code, Error> {
 }
 
 fn filled(args: &FillArgs) -> Result<Filled, Error> {
-    if let Some(out) = &args.compare {
+    for out in [&args.compare, &args.drop].into_iter().flatten() {
         free(&Output { from: &args.file, to: out, force: args.force })?;
     }
     let decoded = read(&args.file)?.decoded;
@@ -137,6 +159,19 @@ fn filled(args: &FillArgs) -> Result<Filled, Error> {
         png::encode(&mut bytes, &joined(&pictures)).map_err(|e| unusable(&e))?;
         put(out, bytes.get_ref())?;
     }
+    let conditions = Conditions {
+        height_m: args.height.unwrap_or(extent.longest() * args.metres_per_unit / 2.0),
+        density_kg_m3: args.mass_density,
+        youngs_modulus_pa: args.youngs_modulus,
+    };
+    let mut falls = Vec::new();
+    if let Some(out) = &args.drop {
+        for (method, body) in &bodies {
+            falls.push(drop(*method, body, &conditions).map_err(|e| unusable(&e))?);
+        }
+        put(out, page(&args.file, &conditions, &bodies, &falls).map_err(|e| unusable(&e))?.as_bytes())?;
+    }
+    let mut falls = falls.into_iter();
     let ways = bodies.iter().enumerate().map(|(i, (method, body))| {
         let cloud = &body.report.cloud;
         let capture = pictures.get(4).map(Picture::rgb);
@@ -150,6 +185,7 @@ fn filled(args: &FillArgs) -> Result<Filled, Error> {
             inside_volume_m3: cloud.inside_volume_m3,
             gaussians_drawn: body.source.len(),
             outside_psnr_db: ratio.filter(|r| r.is_finite()),
+            fall: falls.next(),
         }
     });
     Ok(Filled {
@@ -158,7 +194,15 @@ fn filled(args: &FillArgs) -> Result<Filled, Error> {
         spacing_m: spacing,
         ways: ways.collect(),
         picture: args.compare.as_ref().map(|p| p.display().to_string()),
+        dropped: args.drop.as_ref().map(|p| Dropped { conditions, page: p.display().to_string() }),
     })
+}
+
+/// Name of a page.
+fn page_name(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_page = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("html"));
+    if is_page { Ok(path) } else { Err("expected a file name that ends with `.html`".to_owned()) }
 }
 
 /// Of each body the outside and a cut, by the same camera.
@@ -178,27 +222,6 @@ fn drawn(bodies: &[(Fill, Staged)]) -> Result<Vec<Picture>, String> {
     Ok(pictures)
 }
 
-/// Particles behind the middle, as dots.
-fn particles(method: Fill, body: &Staged, middle: f64) -> Result<Splats, Box<dyn std::error::Error>> {
-    // Those inside come last where every Gaussian is a particle; elsewhere they lie on the lattice.
-    let spacing = body.cloud.spacing_m;
-    let kernels = body.report.cloud.sheet;
-    let size = if method == Fill::Physgaussian { spacing / 2.0 } else { spacing };
-    let on_lattice = |p: &[f64; 3]| p.iter().all(|v| ((v / spacing).rem_euclid(1.0) - 0.5).abs() < 1e-9);
-    let inside = |i: usize, p: &[f64; 3]| {
-        if method == Fill::Physgaussian { i >= kernels } else { method == Fill::Winding && on_lattice(p) }
-    };
-    let of = |wanted: bool| -> Vec<[f64; 3]> {
-        let all = body.cloud.position_m.iter().enumerate();
-        all.filter(|(i, p)| p[1] >= middle && inside(*i, p) == wanted).map(|(_, p)| *p).collect()
-    };
-    let frame = OutputFrame::world();
-    let made =
-        [(of(false), SURFACE), (of(true), INSIDE)].map(|(places, colour)| dots(&places, &[], size, colour, &frame));
-    let [surface, inside] = made;
-    Ok(merge(&[&surface?, &inside?])?)
-}
-
 /// Pictures of one size, two a column.
 fn joined(pictures: &[Picture]) -> Picture {
     let columns = pictures.len().div_ceil(2);
@@ -212,16 +235,20 @@ fn joined(pictures: &[Picture]) -> Picture {
     Picture { width: columns * SIDE_PX, height: 2 * SIDE_PX, rgba, depth: Vec::new() }
 }
 
+fn name(fill: Fill) -> &'static str {
+    match fill {
+        Fill::Winding => "winding",
+        Fill::Physgaussian => "physgaussian",
+        Fill::None => "none",
+    }
+}
+
 impl Filled {
     fn human(&self, paint: Paint) -> String {
         let head = ["fill", "particles", "inside", "surface", "volume", "inside", "drawn", "outside looks"];
         let mut rows = vec![head.map(str::to_owned).to_vec()];
         for way in &self.ways {
-            let name = match way.fill {
-                Fill::Winding => "winding",
-                Fill::Physgaussian => "physgaussian",
-                Fill::None => "none",
-            };
+            let name = name(way.fill);
             let looks = match (way.outside_psnr_db, &self.picture) {
                 (Some(db), _) => format!("changed, {db:.1} dB"),
                 (None, Some(_)) => "the same, to the bit".to_owned(),
@@ -244,8 +271,21 @@ impl Filled {
                 printable(p)
             )
         });
+        let fallen = self.ways.iter().filter_map(|way| {
+            let [least, last] = way.fall.as_ref()?.squashed().map(|part| 100.0 * part);
+            Some(format!(
+                "{}, dropped: squashed to {least:.0} % of its height, {last:.0} % at the end\n",
+                name(way.fill)
+            ))
+        });
+        let page = self.dropped.iter().map(|d| {
+            let Conditions { height_m, density_kg_m3, youngs_modulus_pa } = d.conditions;
+            let of = format!("{density_kg_m3} kg/m³ and {youngs_modulus_pa:.1e} Pa");
+            format!("{}: dropped from {height_m:.3} m, of {of}\n", printable(&d.page))
+        });
+        let dropped: String = fallen.chain(page).collect();
         format!(
-            "{}: spacing {:.4e} m\n{}{}",
+            "{}: spacing {:.4e} m\n{}{}{dropped}",
             paint.bold(&printable(&self.file)),
             self.spacing_m,
             table(paint, &rows),
@@ -266,6 +306,10 @@ mod tests {
         let args = FillArgs {
             file,
             compare,
+            drop: None,
+            height: None,
+            mass_density: 300.0,
+            youngs_modulus: 2e4,
             spacing: Some(0.015),
             metres_per_unit: 0.465,
             up: None,

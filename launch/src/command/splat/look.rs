@@ -40,7 +40,7 @@ pub(crate) struct LookArgs {
 
 impl LookArgs {
     /// From the front, over everything that is visible.
-    pub(super) fn of_size(size: [usize; 2]) -> Self {
+    pub(crate) fn of_size(size: [usize; 2]) -> Self {
         Self { eye: None, target: None, up: None, fov: FIELD_OF_VIEW_DEG, size }
     }
 }
@@ -64,7 +64,7 @@ pub(super) fn finite(splats: &Splats) -> Vec<u32> {
 }
 
 /// The camera asked for; what was not said looks from the front at all that is visible.
-pub(super) fn camera(args: &LookArgs, splats: &Splats, extent: &Extent) -> Camera {
+pub(crate) fn camera(args: &LookArgs, splats: &Splats, extent: &Extent) -> Camera {
     let [width, height] = args.size;
     // From the front, a little to the right and above: +z of the first and −z of the second point into the picture.
     let (up, from) = match splats.axes {

@@ -2,19 +2,24 @@
 
 mod compare;
 mod convert;
+pub(crate) mod cut;
 mod densify;
+mod drop;
+mod fallen;
 mod fill;
 mod flow;
 mod guess;
 mod info;
 mod label;
-mod look;
+pub(crate) mod look;
+mod mask;
 mod orient;
 mod output;
 mod picture;
 mod planes;
 mod renderer;
 mod select;
+mod sequence;
 mod ssim;
 pub(crate) mod statistics;
 
@@ -26,6 +31,7 @@ use std::time::{Duration, Instant};
 use clap::{Args, Subcommand};
 use cosplat_splat::SplatError;
 use cosplat_splat::format::{self, Decoded, ending_of};
+use cosplat_splat::sequence::is_frame;
 
 use crate::cli::Format;
 use crate::exit::{Code, Error, Problem};
@@ -40,6 +46,7 @@ Examples:
   cosplat splat clean capture.ply clean.ply --needles 30 --floaters 20
   cosplat splat select capture.ply object.ply --largest
   cosplat splat select capture.ply marked.ply --largest --mark object    and `--label object=1` finds it again
+  cosplat splat select capture.ply object.ply --mask mask.png --camera camera.json
   cosplat splat fill capture.spz --compare fill.png --metres-per-unit 0.465
   cosplat splat orient capture.spz upright.ply --up 0,1,0 --height 0.465
   cosplat splat densify capture.ply closed.ply --mesh ground.obj --depth 5
@@ -147,6 +154,10 @@ pub(crate) fn read(path: &Path) -> Result<Capture, Error> {
         return Err(cannot(&format!("it is no file of at most {LARGEST_BYTES} bytes")));
     }
     let bytes = fs::read(path).map_err(|e| cannot(&e))?;
+    if is_frame(&bytes) {
+        let decoded = sequence::decode(path, &bytes)?;
+        return Ok(Capture { format: sequence::NAME, bytes: bytes.len() as u64, decoded, time: start.elapsed() });
+    }
     let ending = ending_of(path);
     let known = format::of(&bytes, ending).map_err(|e| refused(path, e))?;
     let decoded = format::read(&bytes, ending).map_err(|e| refused(path, e))?;
@@ -162,7 +173,7 @@ fn refused(path: &Path, error: SplatError) -> Error {
 }
 
 /// Puts a whole file in place: readers see the old one or the new one, never a part.
-fn put(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+pub(crate) fn put(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let mut name = OsString::from(".part-");
     name.push(path.file_name().unwrap_or_default());
     let part: PathBuf = path.with_file_name(name);

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::label::{Label, having, label, marked, name_of};
 use super::look::vector;
+use super::mask::shares;
 use super::output::{Output, free, write};
 use super::read;
 use crate::cli::Format;
@@ -69,8 +70,18 @@ pub(crate) struct SelectArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, requires = "low")]
     pub(crate) high: Option<[f64; 3]>,
     /// Of what hangs together, keep the piece with the most Gaussians; after the box
-    #[arg(long, required_unless_present_any = ["low", "label"])]
+    #[arg(long, required_unless_present_any = ["low", "label", "mask"])]
     pub(crate) largest: bool,
+    /// Keep what is seen within this picture's white part, a PNG file; may be given for several views
+    #[arg(long, value_name = "MASK.png", requires = "camera")]
+    pub(crate) mask: Vec<PathBuf>,
+    /// Camera of each mask, JSON: `eye`, `target`, `up` and `fov_y_deg` in axes and units of the file, or the
+    /// `cameras.json` of the training, of which that of the mask's name is taken
+    #[arg(long, value_name = "CAMERA.json", requires = "mask")]
+    pub(crate) camera: Vec<PathBuf>,
+    /// Part of what is seen of a Gaussian that must be within the masks, as a mean over the views that see it
+    #[arg(long, value_name = "PART", default_value_t = 0.5)]
+    pub(crate) share: f64,
     /// Keep what has this label, a property of a .ply; several must all be had
     #[arg(long, value_name = "NAME=VALUE", value_parser = label)]
     pub(crate) label: Vec<Label>,
@@ -101,6 +112,8 @@ struct Chosen {
     outside: usize,
     /// Without the labels that were asked for.
     unlabelled: usize,
+    /// Seen outside the masks, or not at all.
+    unmasked: usize,
     large: usize,
     needles: usize,
     floaters: usize,
@@ -171,6 +184,12 @@ fn selected(args: &SelectArgs) -> Result<Chosen, Error> {
     let before = kept.len();
     let mut kept = having(kept, &splats, &args.label, &args.input)?;
     chosen.unlabelled = before - kept.len();
+    if !args.mask.is_empty() {
+        let shares = shares(&splats, &args.mask, &args.camera)?;
+        let before = kept.len();
+        kept.retain(|&i| shares[i as usize].is_some_and(|share| share >= args.share));
+        chosen.unmasked = before - kept.len();
+    }
     if args.largest {
         let found = components(&splats.select(&kept), args.gap);
         (chosen.pieces, chosen.gap) = (Some(found.sets.len()), Some(found.cell));
@@ -225,11 +244,11 @@ impl Chosen {
     }
 
     fn reasons(&self) -> String {
-        let Self { not_finite, faint, outside, unlabelled, large, needles, floaters, .. } = self;
+        let Self { not_finite, faint, outside, unlabelled, unmasked, large, needles, floaters, .. } = self;
         let verb = if self.mark.is_some() { "not marked" } else { "left out" };
         format!(
-            "{verb}: {not_finite} not finite, {faint} faint, {outside} outside, {unlabelled} without the label, {large} large, \
-             {needles} needles, {floaters} apart from the rest"
+            "{verb}: {not_finite} not finite, {faint} faint, {outside} outside, {unlabelled} without the label, {unmasked} \
+             outside the masks, {large} large, {needles} needles, {floaters} apart from the rest"
         )
     }
 
@@ -252,6 +271,7 @@ impl Chosen {
 mod tests {
     use super::*;
     use cosplat_splat::format::encode;
+    use cosplat_viewer::{Picture, png};
 
     /// A block of 125, one of 25 elsewhere, a needle and a faint one.
     fn some() -> Splats {
@@ -301,6 +321,9 @@ mod tests {
             high: Some([6.0, 1.0, 1.0]),
             largest: true,
             label: Vec::new(),
+            mask: Vec::new(),
+            camera: Vec::new(),
+            share: 0.5,
             mark: None,
             gap: None,
             force: true,
@@ -323,6 +346,33 @@ mod tests {
         assert_eq!((done.kept, done.unlabelled), (25, 127));
         let none = SelectArgs { label: vec![super::label("other=1").unwrap()], ..found };
         assert_eq!(selected(&none).unwrap_err().code, Code::Scene);
+        // The block on the left, by what a camera sees of it: right half of the picture dark, left half white.
+        let [white, eye] = ["mask.png", "camera.json"].map(|name| place.path().join(name));
+        let half = |i: usize| if i % 320 < 160 { [1.0; 4] } else { [0.0, 0.0, 0.0, 1.0] };
+        let picture = Picture { width: 320, height: 240, rgba: (0..320 * 240).map(half).collect(), depth: Vec::new() };
+        png::write(&white, &picture).unwrap();
+        let camera = r#"{"eye": [2.5, 0.2, -8], "target": [2.5, 0.2, 0], "up": [0, -1, 0], "fov_y_deg": 50}"#;
+        std::fs::write(&eye, camera).unwrap();
+        let masked = SelectArgs {
+            low: None,
+            high: None,
+            largest: false,
+            mask: vec![white],
+            camera: vec![eye],
+            mark: Some("block".to_owned()),
+            output: marked.clone(),
+            ..select.clone()
+        };
+        // All of its front, three pixels from one to the next; nothing of the other block, and not what no picture shows.
+        let done = selected(&masked).unwrap();
+        let all = read(&marked).unwrap().decoded.splats;
+        let values = &all.extras[0].values;
+        assert!(
+            values[..25].iter().all(|v| *v > 0.5) && values[125..150].iter().all(|v| *v < 0.5) && values[151] < 0.5
+        );
+        assert_eq!(done.kept + done.unmasked, 152);
+        let lonely = SelectArgs { camera: Vec::new(), ..masked };
+        assert_eq!(selected(&lonely).unwrap_err().code, Code::Usage);
         let packed = SelectArgs { output: place.path().join("c.spz"), ..mark };
         assert_eq!(selected(&packed).unwrap_err().code, Code::Usage);
         let itself = SelectArgs { output: input, ..select };

@@ -24,6 +24,7 @@ velocity = [1, 0, 0]
 angular_velocity = [0, 0, 1]
 spacing = 0.02
 color = [1, 0.5, 0]
+binding = { kind = "mean", neighbours = 7 }
 
 [[body]]
 name = "rock"
@@ -245,11 +246,35 @@ fn rules_of_single_keys() {
         ("name = \"dust\"", "name = \"0123456789012345678901234567890123456789012345678\"", "has 49 characters"),
         ("ledger_every = 10", "ledger_every = 0", "must be a whole number between 1 and"),
         ("trace = true", "trace = 1", "must be true or false, but is 1"),
+        ("kind = \"mean\", neighbours", "kind = \"meen\", neighbours", "did you mean `mean`?"),
+        (
+            "kind = \"mean\", neighbours = 7",
+            "kind = \"mean\", neighbours = 0",
+            "must be a whole number between 1 and 64",
+        ),
+        ("kind = \"mean\", neighbours", "kind = \"particle\", neighbours", "has no other neighbours"),
+        ("kind = \"mean\", neighbours", "kind = \"vertices\", neighbours", "a capture has no vertices"),
+        ("mesh = \"rock.obj\"", "mesh = \"rock.obj\"\nbinding = \"affine\"", "a mesh has no Gaussians of its own"),
+        ("plane = [1, 2]", "plane = [1, 2]\nbinding = \"vertices\"", "only a `splat` or a `mesh`"),
     ] {
         let text = EVERYTHING.replacen(from, to, 1);
         assert_ne!(text, EVERYTHING, "`{from}` is not in the scene");
         let shown = mistakes(&text);
         assert!(shown.contains(message), "{from} -> {to}:\n{shown}");
+    }
+}
+
+#[test]
+fn a_binding_has_its_usual_number_of_neighbours() {
+    let (scene, _) = parse(EVERYTHING).unwrap();
+    assert_eq!(scene.output.bindings["toy"], BindingSpec { kind: BindingKind::Mean, neighbours: 7 });
+    assert_eq!(scene.output.bindings.len(), 1);
+    for (word, kind, neighbours) in
+        [("affine", BindingKind::Affine, 12), ("mean", BindingKind::Mean, 10), ("particle", BindingKind::Particle, 1)]
+    {
+        let text = EVERYTHING.replace("{ kind = \"mean\", neighbours = 7 }", &format!("\"{word}\""));
+        let (scene, _) = parse(&text).unwrap();
+        assert_eq!(scene.output.bindings["toy"], BindingSpec { kind, neighbours });
     }
 }
 
@@ -265,7 +290,9 @@ fn without_an_up_axis_the_format_decides() {
         ("mesh = { file = \"toy.glb\" }", "format"),
         ("mesh = { file = \"toy.glb\", up = \"-x\" }", "-x"),
     ] {
-        let (scene, _) = parse(&EVERYTHING.replace(long, source)).unwrap();
+        // A mesh takes no binding of a capture.
+        let text = EVERYTHING.replace("binding = { kind = \"mean\", neighbours = 7 }", "").replace(long, source);
+        let (scene, _) = parse(&text).unwrap();
         let found = scene.bodies.iter().find_map(|body| match &body.source {
             Source::Splat { file, up, .. } | Source::Mesh { file, up, .. } if file.starts_with("toy") => {
                 Some(up.as_str())

@@ -1,7 +1,7 @@
 //! `[output]`: what a run leaves beside its ledger.
 
 use super::*;
-use crate::scene::{CameraSpec, CameraStop, CameraTravel, OutputSpec, Preset, RendererSpec, Scene};
+use crate::scene::{CameraSpec, CameraStop, CameraTravel, OutputSpec, Preset, RendererSpec, Scene, SplatForm};
 
 fn scene(clock: &str, output: &str) -> Result<Scene, Vec<Diagnostic>> {
     let body = "[[body]]\nname = \"a\"\nsolver = \"s\"\nmaterial = \"point-mass\"\nmass = 1\npoints = [[0, 0, 0]]\n";
@@ -20,6 +20,30 @@ fn frames_are_used_where_there_are_any() {
     assert_eq!((some.pictures, some.splats, some.recording), (true, false, false));
     let none = scene("fps = 24", "[output]\npictures = false\nsplats = false\nrecording = false").unwrap();
     assert!(!none.output.draws());
+}
+
+#[test]
+fn splat_files_have_a_form() {
+    let form = |clock: &str, value: &str| {
+        scene(clock, &format!("[output]\nsplats = {value}")).map(|s| (s.output.splats, s.output.splat_form))
+    };
+    for (value, wanted) in [
+        ("true", (true, SplatForm::Ply)),
+        ("false", (false, SplatForm::Ply)),
+        ("\"ply\"", (true, SplatForm::Ply)),
+        ("\"spz\"", (true, SplatForm::Spz)),
+        ("\"compact\"", (true, SplatForm::Compact)),
+    ] {
+        assert_eq!(form("fps = 24", value), Ok(wanted), "{value}");
+    }
+    for (clock, value, word) in [
+        ("fps = 24", "\"spy\"", "`splats` cannot be"),
+        ("fps = 24", "3", "must be true or false"),
+        ("", "\"spz\"", "`splats` needs frames"),
+    ] {
+        let found = form(clock, value).unwrap_err();
+        assert!(found.len() == 1 && found[0].message.contains(word), "{value}: {found:?}");
+    }
 }
 
 #[test]
