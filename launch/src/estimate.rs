@@ -19,6 +19,9 @@ const COMPRESSION: f64 = 0.01;
 /// Share of substeps in which contact may be left before it is settled: all, because what is left is solved in the next
 /// substep. Where it spoils the exchange, its work shows it.
 const UNSETTLED: f64 = 1.0;
+/// Part of its length by which a thread may be off beyond its compliance: woven cloth gives some hundredths before its
+/// threads are straight, so that a hundredth is not seen.
+const STRETCH: f64 = 0.01;
 /// How deep bodies may be inside each other \[m\]: what published stacks of rigid bodies are allowed.
 const OVERLAP_M: f64 = 5e-3;
 /// How far contact may set a rigid body aside in a substep \[m\]: the error that rapier allows itself.
@@ -58,9 +61,10 @@ pub(crate) fn estimates(summary: &Summary) -> Vec<Estimate> {
         let of = process.name.as_str();
         found.extend(compression(of, 1e-6 * counted("largest-compression-1e-6")));
         found.extend(unsettled(of, counted("contact-unsettled"), process.substeps as f64));
+        found.extend(stretch(of, 1e-6 * counted("largest-stretch-left-1e-6")));
         found.extend(clamps(of, counted("stretch-clamps")));
         found.extend(overlap(of, 1e-6 * counted("largest-overlap-1e-6-m")));
-        found.extend(aside(of, 1e-9 * counted("largest position correction [nm]")));
+        found.extend(aside(of, 1e-9 * counted("largest-correction-1e-9-m")));
     }
     found
 }
@@ -80,6 +84,24 @@ pub(crate) fn resolutions(scene: &Scene, interfaces: &[Interface]) -> Vec<Estima
         let remedy = "refine the body's `spacing` to half that thickness; each halving costs eight times the particles and \
                       twice the substeps";
         (is_rigid && value > 1.0).then(|| estimate("spacing over thickness", &name(i), [value, 1.0], meaning, remedy))
+    };
+    interfaces.iter().filter(|i| i.kind == "contact").filter_map(of).collect()
+}
+
+/// How far beside its place a resolver saw its partner before it was told better: the difference between a stand-in and the
+/// partner over a window, against the distance of the particles that touch it.
+pub(crate) fn foresight(scene: &Scene, interfaces: &[Interface], window_s: f64) -> Vec<Estimate> {
+    let of = |i: &Interface| {
+        let spacing = scene.bodies.iter().find(|b| b.name == i.a)?.spacing_m?;
+        let value = i.residual * window_s;
+        let meaning = format!(
+            "`{}` moved by up to {:.2e} m/s otherwise than `{}` foresaw: by the end of a window it was {value:.2e} m beside \
+             the place where contact was computed, with particles {spacing} m apart",
+            i.b, i.residual, i.a
+        );
+        let remedy = "halve `clock.window`: this halves it, for twice the exchanges; it is largest where the partner strikes \
+                      something else in the same window";
+        (i.residual > 0.0).then(|| estimate("foreseen place [m]", &name(i), [value, 0.5 * spacing], meaning, remedy))
     };
     interfaces.iter().filter(|i| i.kind == "contact").filter_map(of).collect()
 }
@@ -189,6 +211,16 @@ fn unsettled(of: &str, times: f64, substeps: f64) -> Option<Estimate> {
     Some(estimate("unsettled contact", of, [value, UNSETTLED], meaning, remedy))
 }
 
+fn stretch(of: &str, value: f64) -> Option<Estimate> {
+    let meaning = format!(
+        "threads were left up to {} longer or shorter than they are made to be: the cloth is that much softer than its material",
+        percent(value)
+    );
+    let remedy = "halve `max_substep_s` of the solver: this quarters it, for twice the substeps; more `iterations` lower it \
+                  more slowly; published relaxation factors leave what they leave";
+    (value > 0.0).then(|| estimate("stretch left", of, [value, STRETCH], meaning, remedy))
+}
+
 fn clamps(of: &str, times: f64) -> Option<Estimate> {
     let meaning =
         format!("{times} times a particle was stretched beyond what its material law bears and was held there");
@@ -260,9 +292,29 @@ mod tests {
     }
 
     #[test]
+    fn a_partner_that_moves_otherwise_than_foreseen_is_told_in_metres() {
+        let source = crate::scene_source::load("ball-on-block").unwrap();
+        let (scene, _) = crate::scene_source::parse(&source, &[], crate::render::Paint::off()).unwrap();
+        let spacing = scene.bodies.iter().find(|b| b.name == "block").unwrap().spacing_m.unwrap();
+        let seen = |residual| {
+            let (a, b, kind) = ("block".into(), "ball".into(), "contact".into());
+            foresight(&scene, &[Interface { a, b, kind, residual, ..Interface::default() }], 0.01)
+        };
+        assert_eq!(seen(0.0), []);
+        let found = seen(60.0 * spacing);
+        assert!(found[0].is_high && (found[0].value - 0.6 * spacing).abs() < 1e-12, "{found:?}");
+        assert!(!seen(40.0 * spacing)[0].is_high);
+    }
+
+    #[test]
     fn counters_of_solvers_become_estimates() {
         let mut summary = summary();
-        let counters = [("largest-compression-1e-6", 20_000), ("contact-unsettled", 1), ("stretch-clamps", 2)];
+        let counters = [
+            ("largest-compression-1e-6", 20_000),
+            ("contact-unsettled", 1),
+            ("stretch-clamps", 2),
+            ("largest-stretch-left-1e-6", 5_000),
+        ];
         let counters = counters.map(|(name, n)| (name.to_owned(), n)).into();
         summary.counters = [("left".to_owned(), counters)].into();
         let found = estimates(&summary);
@@ -271,6 +323,7 @@ mod tests {
             ("rise of the energy", true),
             ("compression", true),
             ("unsettled contact", false),
+            ("stretch left", false),
             ("stretch clamps", true),
         ];
         assert_eq!(high, expected);

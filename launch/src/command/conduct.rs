@@ -10,7 +10,7 @@ use cosplat_core::coordinator::Outcome;
 
 use super::failure;
 use crate::cli::SceneArgs;
-use crate::estimate::{estimates, resolutions};
+use crate::estimate::{estimates, foresight, resolutions};
 use crate::exit::{Code, Error, Problem};
 use crate::folder::checkpoints::{Checkpoints, Sums};
 use crate::folder::record::{self, Facts};
@@ -196,11 +196,13 @@ impl<'a> Conduct<'a> {
             (None, _) => Status::Interrupted,
         };
         let frames = self.recorder.frames.clone();
-        let resolutions = resolutions(&self.prepared.scene, &self.recorder.tally.interfaces);
+        let scene = self.prepared.scene.clone();
         let mut summary = self.summary(status, usage);
+        let interfaces = &summary.interfaces;
+        let of_scene = [resolutions(&scene, interfaces), foresight(&scene, interfaces, summary.window_s)];
         summary.verdicts = verdicts;
         summary.estimates = estimates(&summary);
-        summary.estimates.extend(resolutions);
+        summary.estimates.extend(of_scene.into_iter().flatten());
         if let Some(error) = &error {
             summary.exit_code = error.code as u8;
             summary.failure = error.problems.first().map(|p| p.message.clone());

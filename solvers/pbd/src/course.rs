@@ -65,6 +65,8 @@ pub(crate) struct Books {
     pub(crate) touches: u64,
     /// Substeps in which pieces of cloth moved more than a thickness relative to each other between two looks.
     pub(crate) too_fast: u64,
+    /// Largest part of its length by which a thread is off after the last substep, beyond what its compliance gives way.
+    pub(crate) left: f64,
 }
 
 /// Books of one block in one substep.

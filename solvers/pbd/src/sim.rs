@@ -142,6 +142,8 @@ impl Sim {
                 return Err(PluginError::Aborted);
             }
         }
+        let last = Solve { h, per_h2: 1.0 / (h * h), first: false, relaxed: self.setting.relaxed };
+        course.books.left = self.edges.largest(&self.vertices, self.size, |edge, ends| edge.left(ends, &last));
         if self.vertices.iter().all(|v| v.x.iter().chain(&v.u).all(|c| c.is_finite())) {
             return Ok(());
         }

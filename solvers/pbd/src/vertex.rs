@@ -158,6 +158,26 @@ impl<C> Phases<C> {
     }
 }
 
+impl<C> Phases<C> {
+    /// Largest value of something that is not negative; zero without constraints.
+    pub(crate) fn largest<const N: usize>(
+        &self,
+        vertices: &[Vertex],
+        size: usize,
+        of: impl Fn(&C, [&Vertex; N]) -> f64,
+    ) -> f64
+    where
+        C: Constraint<N>,
+    {
+        let most = |list: &[C], from: usize| -> f64 {
+            list.iter().map(|c| of(c, c.ends().map(|i| &vertices[from + i as usize]))).fold(0.0, f64::max)
+        };
+        let first = self.first.iter().enumerate().map(|(b, list)| most(list, b * size));
+        let shifted = self.shifted.iter().enumerate().map(|(b, list)| most(list, b * size + size / 2));
+        first.chain(shifted).chain([most(&self.rest, 0), most(&self.anchored, 0)]).fold(0.0, f64::max)
+    }
+}
+
 /// Size of blocks such that nearly all constraints lie within one: a power of two, four times the widest constraint.
 pub(crate) fn block_size<const N: usize, C: Constraint<N>>(all: &[C]) -> usize {
     let width = |c: &C| {

@@ -251,7 +251,7 @@ impl<'a> Stage<'a> {
 
     /// Notes by how much rapier set a body aside.
     pub(crate) fn count_shift(&mut self, shift: &Shift) {
-        let most = self.counters.entry("largest position correction [nm]".to_owned()).or_default();
+        let most = self.counters.entry("largest-correction-1e-9-m".to_owned()).or_default();
         *most = (*most).max((shift.linear.norm() * 1e9) as u64);
     }
 
