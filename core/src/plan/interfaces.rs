@@ -204,7 +204,8 @@ fn rank(material: &Material) -> u8 {
         Material::Granular { .. }
         | Material::Snow { .. }
         | Material::Elastic { .. }
-        | Material::Elastoplastic { .. } => 4,
+        | Material::Elastoplastic { .. }
+        | Material::Viscoplastic { .. } => 4,
         Material::PointMass => 5,
         Material::Rigid { .. } => 6,
     }

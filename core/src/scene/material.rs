@@ -48,6 +48,24 @@ pub enum Material {
         /// Yield stress in uniaxial tension \[Pa\].
         yield_stress_pa: f64,
     },
+    /// Elastic solid that flows as Herschel and Bulkley say: in simple shear `shear stress = Y/√3 + K (shear rate)^n`. Foam,
+    /// dough, plasticine, mud that keeps a heap.
+    Viscoplastic {
+        /// Mass density \[kg/m³\].
+        density_kg_m3: f64,
+        /// Young's modulus E \[Pa\].
+        youngs_modulus_pa: f64,
+        /// Poisson's ratio ν.
+        poissons_ratio: f64,
+        /// Yield stress Y in slow uniaxial tension \[Pa\].
+        yield_stress_pa: f64,
+        /// Rise H of the yield stress with the equivalent plastic strain \[Pa\]; negative softens, down to no yield stress.
+        hardening_pa: f64,
+        /// Consistency K in simple shear \[Pa sⁿ\]; a viscosity where n is 1.
+        consistency_pa_sn: f64,
+        /// Flow index n; below 1 it thins when sheared fast.
+        flow_index: f64,
+    },
     /// Frictional grains: elastic inside the Drucker-Prager cone.
     Granular {
         /// Bulk mass density \[kg/m³\].
@@ -157,6 +175,7 @@ impl Material {
             Self::Rigid { .. } => "rigid",
             Self::Elastic { .. } => "elastic",
             Self::Elastoplastic { .. } => "elastoplastic",
+            Self::Viscoplastic { .. } => "viscoplastic",
             Self::Granular { .. } => "granular",
             Self::Snow { .. } => "snow",
             Self::MpmLiquid { .. } => "mpm-liquid",
@@ -172,6 +191,7 @@ impl Material {
             Self::Rigid { density_kg_m3, .. }
             | Self::Elastic { density_kg_m3, .. }
             | Self::Elastoplastic { density_kg_m3, .. }
+            | Self::Viscoplastic { density_kg_m3, .. }
             | Self::Granular { density_kg_m3, .. }
             | Self::Snow { density_kg_m3, .. }
             | Self::MpmLiquid { density_kg_m3, .. }
@@ -186,6 +206,7 @@ impl Material {
         match *self {
             Self::Elastic { youngs_modulus_pa, poissons_ratio, .. }
             | Self::Elastoplastic { youngs_modulus_pa, poissons_ratio, .. }
+            | Self::Viscoplastic { youngs_modulus_pa, poissons_ratio, .. }
             | Self::Granular { youngs_modulus_pa, poissons_ratio, .. }
             | Self::Snow { youngs_modulus_pa, poissons_ratio, .. } => {
                 Some(Lame::from_young_poisson(youngs_modulus_pa, poissons_ratio))
@@ -218,6 +239,7 @@ impl Material {
             Self::Rigid { .. } => "rigid",
             Self::Elastic { .. }
             | Self::Elastoplastic { .. }
+            | Self::Viscoplastic { .. }
             | Self::Granular { .. }
             | Self::Snow { .. }
             | Self::MpmLiquid { .. } => "mpm",

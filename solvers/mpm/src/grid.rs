@@ -12,6 +12,8 @@ use crate::topology::{NONE, Topology};
 pub(crate) struct Grid<R: Real> {
     /// By entry of the topology: velocity in three lanes, mass in the fourth.
     pub(crate) nodes: Vec<Nodes<R>>,
+    /// The same before stress, outside influences and contact, for bodies that remember; else empty.
+    pub(crate) before: Vec<Nodes<R>>,
     /// By group of the topology.
     pub(crate) groups: Vec<Group>,
     ends: Vec<usize>,
@@ -53,6 +55,27 @@ impl<R: Real> Grid<R> {
         self.ends = topology.groups.iter().skip(1).map(|&e| e as usize).collect();
     }
 
+    /// Sums the tiles of bodies that remember in the same order, and divides by the mass.
+    pub(crate) fn gather_before(&mut self, step: &Substep, tiles: &[Tile<R>], extents: &[Extent], keeps: &[f64]) {
+        let topology = step.topology;
+        self.before.resize(topology.entries.len(), [R::V::default(); NODES]);
+        let mut none = vec![(); topology.group_count()];
+        for_parts(step.parallel, &self.ends, &mut self.before, &mut none, &|g, nodes, ()| {
+            let first = topology.group(g).start;
+            for (i, nodes) in nodes.iter_mut().enumerate() {
+                if keeps[topology.entries[first + i].body as usize] <= 0.0 {
+                    continue;
+                }
+                sum::<R>(nodes, &topology.sources[first + i], tiles, extents);
+                for node in nodes.iter_mut() {
+                    let [px, py, pz, m] = node.array();
+                    let empty = m.f64() <= step.empty;
+                    *node = if empty { R::V::default() } else { R::V::from_array([px / m, py / m, pz / m, m]) };
+                }
+            }
+        });
+    }
+
     /// Sums the tiles in a fixed order, divides by the mass and adds outside influences.
     pub(crate) fn gather(&mut self, step: &Substep, tiles: &[Tile<R>], extents: &[Extent], push: &Push) {
         let topology = step.topology;
@@ -60,31 +83,33 @@ impl<R: Real> Grid<R> {
             *group = Group::default();
             let first = topology.group(g).start;
             for (i, nodes) in nodes.iter_mut().enumerate() {
-                let mut used = false;
-                for (from, &block) in topology.sources[first + i].iter().enumerate() {
-                    if block != NONE && extents[block as usize].touches(26 - from) {
-                        if !used {
-                            nodes.fill(R::V::default());
-                        }
-                        used = true;
-                        let tile = &tiles[block as usize];
-                        extents[block as usize].runs(26 - from, |t, n, length| {
-                            for (node, part) in nodes[n..n + length].iter_mut().zip(&tile[t..t + length]) {
-                                *node += *part;
-                            }
-                        });
-                    }
-                }
+                let used = sum::<R>(nodes, &topology.sources[first + i], tiles, extents);
                 group.used |= used;
                 if used {
                     let entry = topology.entries[first + i];
                     velocities::<R>(nodes, step, entry.at, entry.body as usize, push, &mut group.pushed);
-                } else {
-                    nodes.fill(R::V::default());
                 }
             }
         });
     }
+}
+
+/// Sum of all tiles that reach an entry. False where none does.
+fn sum<R: Real>(nodes: &mut Nodes<R>, sources: &[u32; 27], tiles: &[Tile<R>], extents: &[Extent]) -> bool {
+    nodes.fill(R::V::default());
+    let mut used = false;
+    for (from, &block) in sources.iter().enumerate() {
+        if block != NONE && extents[block as usize].touches(26 - from) {
+            used = true;
+            let tile = &tiles[block as usize];
+            extents[block as usize].runs(26 - from, |t, n, length| {
+                for (node, part) in nodes[n..n + length].iter_mut().zip(&tile[t..t + length]) {
+                    *node += *part;
+                }
+            });
+        }
+    }
+    used
 }
 
 fn velocities<R: Real>(

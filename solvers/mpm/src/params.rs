@@ -11,6 +11,8 @@ pub(crate) struct Params {
     pub(crate) spacing: Option<f64>,
     /// Courant number of the elastic wave.
     pub(crate) courant: Option<f64>,
+    /// Way of sound after which particles of what flows have lost what their motion has beside the grid's, in cells.
+    pub(crate) memory: Option<f64>,
     /// Longest substep \[s\].
     pub(crate) most: Option<f64>,
     /// Norm of the yield condition.
@@ -31,6 +33,11 @@ pub(crate) fn schema() -> Value {
             "grid_spacing_m": positive("Grid spacing [m]; default twice the coarsest particle spacing"),
             "courant": positive("Courant number of the elastic wave; default 0.5, stable up to about 0.74"),
             "max_substep_s": positive("Longest substep [s]"),
+            "transfer_memory": {
+                "type": "number",
+                "minimum": 0,
+                "description": "Way of sound, in grid cells, in which sand and liquids lose what their particles' motion has beside the grid's: less loses more; default 4, 0 in each substep (APIC)"
+            },
             "yield_norm": { "enum": ["physical", "genesis"], "description": "Norm compared with the yield stress" },
             "friction_cone": {
                 "enum": ["compression", "shear"],
@@ -54,6 +61,7 @@ impl Params {
             let fits = match key.as_str() {
                 "grid_spacing_m" => set(&mut params.spacing, number),
                 "courant" => set(&mut params.courant, number),
+                "transfer_memory" => set(&mut params.memory, value.as_f64().filter(|v| v.is_finite() && *v >= 0.0)),
                 "max_substep_s" => set(&mut params.most, number),
                 "yield_norm" => {
                     params.norm = if value == "genesis" { YieldNorm::Genesis } else { YieldNorm::Physical };

@@ -4,11 +4,11 @@ use rayon::prelude::*;
 
 use crate::grid::{Grid, Substep};
 use crate::law::{Law, Room, STRETCH};
-use crate::math::{all, det_minus_one};
+use crate::math::{Full, all, det_minus_one};
 use crate::parts::for_parts;
 use crate::quarantine::released;
 use crate::real::{Lanes, Real};
-use crate::store::{B, C, M, PAST, Quad, Store, V, VOL, X, XLO};
+use crate::store::{B, Block, C, M, PAST, Quad, Store, V, VOL, X, XLO};
 use crate::tile::{Extent, TILE, Tile};
 use crate::transfer::{from_tile, gradient, strain, to_tile};
 
@@ -31,6 +31,8 @@ pub(crate) struct BlockOut {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tiles<R: Real> {
     pub(crate) list: Vec<Tile<R>>,
+    /// The same without stress, for bodies that remember; else empty.
+    pub(crate) before: Vec<Tile<R>>,
     pub(crate) extents: Vec<Extent>,
     pub(crate) out: Vec<BlockOut>,
     ends: Vec<usize>,
@@ -38,35 +40,48 @@ pub(crate) struct Tiles<R: Real> {
 
 impl<R: Real> Tiles<R> {
     /// Room for a store's blocks.
-    pub(crate) fn prepare(&mut self, store: &Store<R>) {
+    pub(crate) fn prepare(&mut self, store: &Store<R>, remembers: bool) {
         let blocks = store.blocks.len();
         self.list.resize(blocks, [R::V::default(); TILE]);
+        self.before.resize(if remembers { blocks } else { 0 }, [R::V::default(); TILE]);
         self.extents.resize(blocks, Extent::default());
         self.out = vec![BlockOut::default(); blocks];
         self.ends = store.blocks.iter().map(|b| b.range().end).collect();
     }
 
-    /// Particles to tiles.
-    pub(crate) fn fill(&mut self, step: &Substep, store: &Store<R>, laws: &[Law<R>]) {
-        let fill = |((tile, extent), block): ((&mut Tile<R>, &mut Extent), &crate::store::Block)| {
-            let law = &laws[block.body as usize];
-            to_tile::<R>(&store.quads[block.range()], block.live as usize, law, (step.dt, step.dx), tile, extent);
+    /// Particles to tiles. `keeps` says by body which also fill the tiles without stress.
+    pub(crate) fn fill(&mut self, step: &Substep, store: &Store<R>, laws: &[Law<R>], keeps: &[f64]) {
+        let before = remembered::<R>(&mut self.before, &store.blocks, keeps);
+        let mut work: Vec<_> = self.list.iter_mut().zip(&mut self.extents).zip(before).zip(&store.blocks).collect();
+        let fill = |work: &mut Filled<R>| {
+            let (((tile, extent), before), block) = work;
+            let (quads, live, law) = (&store.quads[block.range()], block.live as usize, &laws[block.body as usize]);
+            to_tile::<R>(quads, live, law, (step.dt, step.dx), (tile, before.as_deref_mut()), extent);
         };
-        if step.parallel {
-            self.list.par_iter_mut().zip(&mut self.extents).zip(&store.blocks).for_each(fill);
-        } else {
-            self.list.iter_mut().zip(&mut self.extents).zip(&store.blocks).for_each(fill);
-        }
+        if step.parallel { work.par_iter_mut().for_each(fill) } else { work.iter_mut().for_each(fill) }
     }
 
     /// Grid to particles.
-    pub(crate) fn empty(&mut self, step: &Substep, grid: &Grid<R>, store: &mut Store<R>, laws: &[Law<R>]) {
+    pub(crate) fn empty(
+        &mut self,
+        step: &Substep,
+        grid: &Grid<R>,
+        store: &mut Store<R>,
+        laws: &[Law<R>],
+        keeps: &[f64],
+    ) {
         let blocks = &store.blocks;
-        let mut work: Vec<(&mut Tile<R>, &mut BlockOut)> = self.list.iter_mut().zip(&mut self.out).collect();
+        let before = remembered::<R>(&mut self.before, blocks, keeps);
+        let mut work: Vec<_> = self.list.iter_mut().zip(&mut self.out).zip(before).collect();
         let extents = &self.extents;
-        for_parts(step.parallel, &self.ends, &mut store.quads, &mut work, &|b, quads, (tile, out)| {
-            extents[b].load::<R>(tile, &step.topology.reached[b], &grid.nodes);
-            **out = advance(quads, blocks[b].live as usize, step, tile, &laws[blocks[b].body as usize]);
+        for_parts(step.parallel, &self.ends, &mut store.quads, &mut work, &|b, quads, ((tile, out), before)| {
+            let (body, reached) = (blocks[b].body as usize, &step.topology.reached[b]);
+            extents[b].load::<R>(tile, reached, &grid.nodes);
+            let before = before.as_deref_mut().map(|before| {
+                extents[b].load::<R>(before, reached, &grid.before);
+                (&*before, all::<R>(libm::exp(-step.dt / keeps[body])))
+            });
+            **out = advance(quads, blocks[b].live as usize, step, (tile, before), &laws[body]);
         });
     }
 
@@ -95,7 +110,26 @@ impl<R: Real> Tiles<R> {
     }
 }
 
-fn advance<R: Real>(quads: &mut [Quad<R>], live: usize, step: &Substep, tile: &Tile<R>, law: &Law<R>) -> BlockOut {
+/// A tile and its extent, the tile without stress, and the block whose particles fill them.
+type Filled<'a, R> = (((&'a mut Tile<R>, &'a mut Extent), Option<&'a mut Tile<R>>), &'a Block);
+
+/// What particles remember: their tile without stress, and the share of it.
+type Before<'a, R> = (&'a Tile<R>, <R as Real>::V);
+
+/// By block, the tile without stress where its body remembers.
+fn remembered<'a, R: Real>(tiles: &'a mut [Tile<R>], blocks: &[Block], keeps: &[f64]) -> Vec<Option<&'a mut Tile<R>>> {
+    let mut tiles = tiles.iter_mut();
+    let one = |block: &Block| tiles.next().filter(|_| keeps[block.body as usize] > 0.0);
+    blocks.iter().map(one).collect()
+}
+
+fn advance<R: Real>(
+    quads: &mut [Quad<R>],
+    live: usize,
+    step: &Substep,
+    (tile, before): (&Tile<R>, Option<Before<R>>),
+    law: &Law<R>,
+) -> BlockOut {
     let (dt, move_by) = (all::<R>(step.dt), all::<R>(step.dt / step.dx));
     let zero = R::V::default();
     let (mut speed, mut rate, mut sum) = (zero, zero, zero);
@@ -104,10 +138,14 @@ fn advance<R: Real>(quads: &mut [Quad<R>], live: usize, step: &Substep, tile: &T
     let smallest = all::<R>(STRETCH[0].powi(6) - 1.0);
     let largest = R::of(3.0 * (STRETCH[1] * STRETCH[1] - 1.0));
     for (i, quad) in quads.iter_mut().enumerate() {
-        let (v, c, mass) = from_tile::<R>(quad, live - 4 * i, 1.0 / step.dx, tile);
+        let (mut v, c, mass) = from_tile::<R>(quad, live - 4 * i, 1.0 / step.dx, tile);
+        let mut kept = c;
+        if let Some((before, share)) = before {
+            remember::<R>(quad, live - 4 * i, step, (before, share), (&mut v, &mut kept));
+        }
         for k in 0..3 {
             quad[V + k] = v[k];
-            quad[C + 3 * k..C + 3 * k + 3].copy_from_slice(&c[k]);
+            quad[C + 3 * k..C + 3 * k + 3].copy_from_slice(&kept[k]);
             // Kahan's sum.
             let (x, change) = (quad[X + k], v[k] * move_by - quad[XLO + k]);
             let new = x + change;
@@ -155,19 +193,44 @@ fn advance<R: Real>(quads: &mut [Quad<R>], live: usize, step: &Substep, tile: &T
     }
 }
 
+/// Adds what the particles' own motion had beside that of the grid, as far as they remember it: `share` of it.
+///
+/// Alone, a transfer to the grid and back loses it in every substep, and the more of them the more is lost. Of the
+/// gradient only the spin is kept: so momentum and its moment stay what they were, and strain and viscosity see the grid
+/// alone. Source: Fei et al., "Revisiting integration in the material point method" (2021), AFLIP with a share that
+/// depends on the length of the substep, and with its moment.
+#[inline]
+fn remember<R: Real>(
+    quad: &Quad<R>,
+    live: usize,
+    step: &Substep,
+    (before, share): Before<R>,
+    (v, c): (&mut [R::V; 3], &mut Full<R>),
+) {
+    let (v0, c0, _) = from_tile::<R>(quad, live, 1.0 / step.dx, before);
+    let old = gradient::<R>(quad);
+    let half = share * all::<R>(0.5);
+    for i in 0..3 {
+        v[i] += share * (quad[V + i] - v0[i]);
+        for j in 0..3 {
+            c[i][j] += half * ((old[i][j] - old[j][i]) - (c0[i][j] - c0[j][i]));
+        }
+    }
+}
+
 /// What the grid shows around four particles in a cell of that mass.
 #[inline]
 fn room<R: Real>(quad: &Quad<R>, mass: R::V, step: &Substep, law: &Law<R>) -> Room<R> {
     let (zero, one) = (R::V::default(), all::<R>(1.0));
     if !law.flows() {
-        return Room { space: one, way: zero };
+        return Room { space: one, way: zero, dt: step.dt };
     }
     // A dead lane has neither mass nor volume: it has room.
     let alive = |v: R::V, other: R::V| R::V::if_less(zero, quad[M], v, other);
     let (m, volume, mass) = (alive(quad[M], one), alive(quad[VOL], one), alive(mass, one));
     let cell = all::<R>(step.dx * step.dx * step.dx);
     let sound = (all::<R>(law.stiffness()) * volume / m).sqrt();
-    Room { space: alive(m / volume * cell / mass, one), way: sound * all::<R>(step.dt / step.dx) }
+    Room { space: alive(m / volume * cell / mass, one), way: sound * all::<R>(step.dt / step.dx), dt: step.dt }
 }
 
 fn total<R: Real>(v: R::V) -> f64 {

@@ -54,7 +54,9 @@ impl<R: Real> Plugin for Mpm<R> {
             summary: format!("Material points: elastic and elastoplastic solids, sand, snow, liquid, {}", R::NAME),
             protocol: [PROTOCOL, PROTOCOL],
             body_kinds: ["box", "sphere", "cylinder", "points", "cloud", "mesh", "splat"].map(String::from).into(),
-            materials: ["elastic", "elastoplastic", "granular", "snow", "mpm-liquid"].map(String::from).into(),
+            materials: ["elastic", "elastoplastic", "viscoplastic", "granular", "snow", "mpm-liquid"]
+                .map(String::from)
+                .into(),
             roles: vec![InterfaceRole::ResolveProxy, InterfaceRole::Respond],
             boundary: if double {
                 BoundaryForm::SamplesF64 { normals: true }

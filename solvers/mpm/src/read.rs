@@ -17,6 +17,9 @@ use crate::walls::Surface;
 
 /// Cells across the smallest extent of a body without a spacing.
 const CELLS_ACROSS: f64 = 6.0;
+/// Cells that sound crosses while particles of what flows keep the e-th part of what their motion has beside the grid's:
+/// columns of sand and flow between plates change little beyond it, and grains that fly apart begin to gain energy at 10.
+const MEMORY: f64 = 4.0;
 /// Bodies that fit into a sort key.
 const MOST_BODIES: usize = 1 << 10;
 
@@ -45,8 +48,14 @@ pub(crate) fn read<R: Real>(scene: &SolverScene) -> Result<Model<R>, PluginError
     }
     let takes = |i: usize| faces.iter().any(|f| f.body == i && f.role.takes_impulses());
     let carries = shown.iter().enumerate().map(|(i, s)| takes(i) || s.is_capture);
+    let cells = reader.params.memory.unwrap_or(MEMORY);
+    let keeps = laws
+        .iter()
+        .zip(&pairs.density)
+        .map(|(law, density)| if law.flows() { cells * reader.dx / (law.stiffness() / density).sqrt() } else { 0.0 });
     let setting = Setting {
         dx: reader.dx,
+        keeps: keeps.collect(),
         laws,
         carries: carries.collect(),
         actions,

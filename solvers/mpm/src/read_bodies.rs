@@ -20,6 +20,13 @@ impl Reader<'_> {
             (Material::Elastoplastic { yield_stress_pa, .. }, Some(lame)) => {
                 Some(Law::elastoplastic(lame, yield_stress_pa, self.params.norm))
             }
+            (
+                Material::Viscoplastic { yield_stress_pa, hardening_pa, consistency_pa_sn, flow_index, .. },
+                Some(lame),
+            ) => {
+                let fluid = (consistency_pa_sn, flow_index);
+                Some(Law::viscoplastic(lame, [yield_stress_pa, hardening_pa], fluid, self.params.norm))
+            }
             (Material::Granular { friction_angle_deg, cohesion_pa, .. }, Some(lame)) => {
                 Some(Law::sand(lame, friction_angle_deg, cohesion_pa, self.params.cone))
             }

@@ -43,6 +43,8 @@ pub(crate) struct Setting<R: Real> {
     pub(crate) laws: Vec<Law<R>>,
     /// Bodies that carry total deformation gradients.
     pub(crate) carries: Vec<bool>,
+    /// Time in which particles keep the e-th part of what their motion has beside the grid's, by body; 0: none \[s\].
+    pub(crate) keeps: Vec<f64>,
     /// Outside influences.
     pub(crate) actions: Vec<Action>,
     /// Contact among own bodies.
@@ -146,7 +148,7 @@ impl<R: Real> Sim<R> {
             self.walls.prepare(&self.store.blocks, &self.setting.laws, self.setting.dx);
             self.shores.prepare(&self.topology, &self.walls.list, &self.setting.laws, self.setting.dx);
         }
-        self.tiles.prepare(&self.store);
+        self.tiles.prepare(&self.store, self.setting.keeps.iter().any(|&t| t > 0.0));
     }
 
     /// Covers one step of the coupling.
@@ -229,8 +231,11 @@ impl<R: Real> Sim<R> {
         let start = course.start + from;
         let push = Push::new(&setting.actions, setting.laws.len(), start, start + dt);
         course.kicks.apply(store, setting.dx, (from + dt) / course.length);
-        tiles.fill(&step, store, &setting.laws);
+        tiles.fill(&step, store, &setting.laws, &setting.keeps);
         grid.gather(&step, &tiles.list, &tiles.extents, &push);
+        if !tiles.before.is_empty() {
+            grid.gather_before(&step, &tiles.before, &tiles.extents, &setting.keeps);
+        }
         let (lost, _) = setting.pairs.exchange(&step, grid);
         course.books.dissipated += lost;
         let (stopped, slid) = shores.stop(&step, grid);
@@ -243,7 +248,7 @@ impl<R: Real> Sim<R> {
         course.books.passes += met.passes;
         course.books.unsettled += u64::from(met.unsettled);
         shores.fill(&step, grid);
-        tiles.empty(&step, grid, store, &setting.laws);
+        tiles.empty(&step, grid, store, &setting.laws, &setting.keeps);
         tiles.carry(&step, store, &setting.carries);
         for group in &grid.groups {
             course.books.external.add(&group.pushed);

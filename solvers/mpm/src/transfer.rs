@@ -5,6 +5,9 @@
 //! `v = Σ w v_i`, `C = (4/dx²) Σ w v_i (x_i - x_p)ᵀ`. Sources: Hu et al., "A moving least squares material point method"
 //! (2018); Jiang et al., "The affine particle-in-cell method" (2015).
 //!
+//! What is transferred and not the grid's — motion that changes within a cell — is lost each time. Bodies that flow keep
+//! part of it, by a second transfer without stress (`particles::remember`).
+//!
 //! The sums over 27 nodes are nested by axis: about 110 four-lane operations each way and particle.
 
 use crate::law::Law;
@@ -69,16 +72,19 @@ pub(crate) fn gradient<R: Real>(quad: &Quad<R>) -> Full<R> {
     [0, 1, 2].map(|i| [quad[C + 3 * i], quad[C + 3 * i + 1], quad[C + 3 * i + 2]])
 }
 
-/// Particles of one block to its tile. `extent` holds the nodes in use before, and after.
+/// Particles of one block to its tile, and without stress to `before`. `extent` holds the nodes in use before, and after.
 pub(crate) fn to_tile<R: Real>(
     quads: &[Quad<R>],
     live: usize,
     law: &Law<R>,
     (dt, dx): (f64, f64),
-    tile: &mut Tile<R>,
+    (tile, mut before): (&mut Tile<R>, Option<&mut Tile<R>>),
     extent: &mut Extent,
 ) {
     extent.clear::<R>(tile);
+    if let Some(before) = &mut before {
+        extent.clear::<R>(before);
+    }
     let (dx_v, stress_factor) = (all::<R>(dx), all::<R>(dt * 4.0 / dx));
     let (mut low, mut high) = ([all::<R>(EDGE as f64); 3], [R::V::default(); 3]);
     for (i, quad) in quads.iter().enumerate() {
@@ -89,23 +95,33 @@ pub(crate) fn to_tile<R: Real>(
         }
         let c = gradient::<R>(quad);
         let tau = law.stress(&strain::<R>(quad), quad[PAST], &c);
-        let (m, affine, kt) = (quad[M], quad[M] * dx_v, quad[VOL] * stress_factor);
+        let (affine, kt) = (quad[M] * dx_v, quad[VOL] * stress_factor);
         let tau = [[tau[0], tau[3], tau[4]], [tau[3], tau[1], tau[5]], [tau[4], tau[5], tau[2]]];
-        // Momentum per cell of distance, and at the middle node.
         let q = [0, 1, 2].map(|a| [0, 1, 2].map(|b| affine * c[a][b] - kt * tau[a][b]));
-        let d = &w.from_middle;
-        let p = [0, 1, 2].map(|a| m * quad[V + a] - (q[a][0] * d[0] + q[a][1] * d[1] + q[a][2] * d[2]));
-        let zero = R::V::default();
-        let middle = R::V::transpose([p[0], p[1], p[2], m]);
-        let slope = [0, 1, 2].map(|b| R::V::transpose([q[0][b], q[1][b], q[2][b], zero]));
-        for lane in 0..(live - 4 * i).min(4) {
-            let slopes = [slope[0][lane], slope[1][lane], slope[2][lane]];
-            scatter::<R>(tile, w.node[lane], &w.lane(lane), middle[lane], slopes);
+        let live = (live - 4 * i).min(4);
+        scatter_quad::<R>(tile, &w, quad, &q, live);
+        if let Some(before) = &mut before {
+            scatter_quad::<R>(before, &w, quad, &c.map(|row| row.map(|c| affine * c)), live);
         }
     }
     for axis in 0..3 {
         extent.lo[axis] = low[axis].array().iter().fold(EDGE as u8, |a, b| a.min(b.f64() as u8));
         extent.hi[axis] = high[axis].array().iter().fold(0, |a, b| a.max(b.f64() as u8 + 3));
+    }
+}
+
+/// Momentum and mass of four particles, with the momentum `q` per cell of distance.
+#[inline]
+fn scatter_quad<R: Real>(tile: &mut Tile<R>, w: &Weights<R>, quad: &Quad<R>, q: &Full<R>, live: usize) {
+    let (m, d) = (quad[M], &w.from_middle);
+    // At the middle node.
+    let p = [0, 1, 2].map(|a| m * quad[V + a] - (q[a][0] * d[0] + q[a][1] * d[1] + q[a][2] * d[2]));
+    let zero = R::V::default();
+    let middle = R::V::transpose([p[0], p[1], p[2], m]);
+    let slope = [0, 1, 2].map(|b| R::V::transpose([q[0][b], q[1][b], q[2][b], zero]));
+    for lane in 0..live {
+        let slopes = [slope[0][lane], slope[1][lane], slope[2][lane]];
+        scatter::<R>(tile, w.node[lane], &w.lane(lane), middle[lane], slopes);
     }
 }
 

@@ -1,9 +1,6 @@
 //! What must hold bit by bit or to rounding: contact momentum, restore, threads, sensitivity.
 
-#[cfg(test)]
-mod common;
-
-use common::{Run, body, cuboid, elastic, gravity, moving, plane, scene, set};
+use crate::common::{Run, body, cuboid, elastic, gravity, moving, plane, scene, set};
 use cosplat_core::plugin::{Plugin, SolverScene};
 use cosplat_core::scene::{Material, Source, Wall};
 use cosplat_mpm::{Mpm, Real};
@@ -46,7 +43,7 @@ fn everything() -> SolverScene {
     let b = body("b", can, Source::Cylinder { radius_m: 0.08, height_m: 0.15 }, [0.02, 0.01, 0.3], 0.01);
     let mut scene = scene(vec![a, moving(b, [0.3, 0.0, -2.0], [0.0, 1.0, 0.0])], 1e-3);
     let friction = Wall::Friction { static_friction: 0.4, kinetic_friction: 0.3 };
-    scene.statics = vec![plane("floor", [0.0; 3], common::UPRIGHT, friction)];
+    scene.statics = vec![plane("floor", [0.0; 3], crate::common::UPRIGHT, friction)];
     scene.actions.push(gravity(-9.81));
     scene
 }

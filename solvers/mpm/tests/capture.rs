@@ -1,12 +1,9 @@
 //! Bodies whose particles were prepared: captures and filled meshes.
 
-#[cfg(test)]
-mod common;
-
 use std::sync::Arc;
 
-use common::rock::mesh_source;
-use common::{Run, UPRIGHT, body, elastic, gravity, moving, scene};
+use crate::common::rock::mesh_source;
+use crate::common::{Run, UPRIGHT, body, elastic, gravity, moving, scene};
 use cosplat_core::asset::{Asset, ParticleCloud};
 use cosplat_core::boundary::{norm, sub};
 use cosplat_core::plugin::{Plugin, SolverScene};

@@ -1,12 +1,9 @@
 //! Where contact happens and how hard it is: floors between nodes, meshes, a sphere on an elastic layer.
 
-#[cfg(test)]
-mod common;
-
 use std::sync::Arc;
 
-use common::rock::{Rock, ball, brick, mesh_source, with_rock};
-use common::{Run, TO_MINUS_X, TO_MINUS_Y, TO_X, TO_Y, body, cuboid, elastic, gravity, moving, plane, scene};
+use crate::common::rock::{Rock, ball, brick, mesh_source, with_rock};
+use crate::common::{Run, TO_MINUS_X, TO_MINUS_Y, TO_X, TO_Y, body, cuboid, elastic, gravity, moving, plane, scene};
 use cosplat_core::asset::{Asset, TriangleMesh};
 use cosplat_core::boundary::{dot, norm, scale, sub};
 use cosplat_core::plugin::{Plugin, SolverScene};
@@ -41,9 +38,9 @@ fn a_falling_cube_stops_at_the_floor_wherever_the_nodes_are() {
     let turned = [0.0, 12.5_f64.to_radians().sin(), 0.0, 12.5_f64.to_radians().cos()];
     let leaning = [25.0_f64.to_radians().sin(), 0.0, 25.0_f64.to_radians().cos()];
     for (offset, turn, n) in [
-        (0.0, common::UPRIGHT, [0.0, 0.0, 1.0]),
-        (0.3, common::UPRIGHT, [0.0, 0.0, 1.0]),
-        (0.7, common::UPRIGHT, [0.0, 0.0, 1.0]),
+        (0.0, crate::common::UPRIGHT, [0.0, 0.0, 1.0]),
+        (0.3, crate::common::UPRIGHT, [0.0, 0.0, 1.0]),
+        (0.7, crate::common::UPRIGHT, [0.0, 0.0, 1.0]),
         (0.4, turned, leaning),
     ] {
         for speed in [0.1, 1.0] {
@@ -61,7 +58,7 @@ fn sinks(offset: f64) -> f64 {
     let floor = offset * DX;
     let cube = body("cube", elastic(1000.0, 2e5, 0.0), cuboid([0.12; 3]), [0.003, 0.001, floor + 0.06], DX / 2.0);
     let mut start = scene(vec![cube], 1e-3);
-    start.statics = vec![plane("floor", [0.0, 0.0, floor], common::UPRIGHT, Wall::Slip)];
+    start.statics = vec![plane("floor", [0.0, 0.0, floor], crate::common::UPRIGHT, Wall::Slip)];
     start.actions.push(gravity(-9.81));
     let mut run = Run::<f32>::new(start);
     let from = run.setup.report.bodies[0].position_m[2];
@@ -88,7 +85,7 @@ fn a_sliding_cube_is_slowed_by_coulomb_friction_and_rest_costs_nothing() {
     let cube = body("cube", elastic(1000.0, 1e6, 0.3), cuboid([0.2, 0.2, 0.1]), [0.003, 0.001, 0.05], DX / 2.0);
     let mut start = scene(vec![moving(cube, [0.6, 0.8, 0.0], [0.0; 3])], 1e-3);
     let rough = Wall::Friction { static_friction: 0.3, kinetic_friction: 0.2 };
-    start.statics = vec![plane("floor", [0.0; 3], common::UPRIGHT, rough)];
+    start.statics = vec![plane("floor", [0.0; 3], crate::common::UPRIGHT, rough)];
     start.actions.push(gravity(-9.81));
     let mut run = Run::<f32>::new(start);
     for _ in 0..300 {
@@ -122,7 +119,7 @@ fn dropped(prepare: impl FnOnce(&mut SolverScene)) -> ([f64; 3], f64) {
     let window = 1e-3;
     let block = body("block", elastic(300.0, 1e5, 0.3), cuboid([0.28, 0.28, 0.16]), [0.0, 0.0, 0.08], DX / 2.0);
     let mut start = scene(vec![block], window);
-    start.statics = vec![plane("floor", [0.0; 3], common::UPRIGHT, Wall::NoSlip)];
+    start.statics = vec![plane("floor", [0.0; 3], crate::common::UPRIGHT, Wall::NoSlip)];
     prepare(&mut start);
     let mut rock = Rock::new(0.5, 0.4 * 0.5 * 0.0049, [0.02, 0.0, 0.24], [0.2, 0.0, -2.0], [0.0; 3]);
     let mut run = Run::<f32>::new(start);
@@ -157,7 +154,7 @@ fn on_table(prepare: impl FnOnce(&mut SolverScene)) -> [f64; 2] {
     let cube = body("cube", elastic(500.0, 2e5, 0.3), cuboid([0.12; 3]), [0.01, 0.0, 0.15], DX / 2.0);
     let mut start = scene(vec![moving(cube, [0.0, 0.0, -2.0], [0.0; 3])], 1e-3);
     let rough = Wall::Friction { static_friction: 0.5, kinetic_friction: 0.5 };
-    start.statics = vec![plane("table", [0.0; 3], common::UPRIGHT, rough)];
+    start.statics = vec![plane("table", [0.0; 3], crate::common::UPRIGHT, rough)];
     prepare(&mut start);
     let mut run = Run::<f32>::new(start);
     for _ in 0..39 {
@@ -219,7 +216,7 @@ fn press(dx: f64) -> [f64; 2] {
     let mut start = scene(vec![layer], window);
     start.threads = 2;
     start.statics = vec![
-        plane("foot", [0.0, 0.0, -height], common::UPRIGHT, Wall::NoSlip),
+        plane("foot", [0.0, 0.0, -height], crate::common::UPRIGHT, Wall::NoSlip),
         plane("left", [0.0; 3], TO_X, Wall::Slip),
         plane("front", [0.0; 3], TO_Y, Wall::Slip),
         plane("right", [half, 0.0, 0.0], TO_MINUS_X, Wall::Slip),

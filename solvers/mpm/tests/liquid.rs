@@ -1,9 +1,6 @@
 //! Liquid against closed forms: at rest under gravity, between plates, and falling apart.
 
-#[cfg(test)]
-mod common;
-
-use common::{Run, TO_MINUS_X, TO_MINUS_Y, TO_X, TO_Y, UPRIGHT, body, cuboid, gravity, plane, scene, set};
+use crate::common::{Run, TO_MINUS_X, TO_MINUS_Y, TO_X, TO_Y, UPRIGHT, body, cuboid, gravity, plane, scene, set};
 use cosplat_core::plugin::SolverScene;
 use cosplat_core::scene::{Action, ActionKind, Material, Wall};
 
@@ -114,11 +111,12 @@ fn flow_between_plates_is_that_of_poiseuille() {
     let (coarse, few) = between_plates(viscosity, 1.0, t);
     let (fine, many) = between_plates(viscosity, 2e-4, t);
     println!("exact {exact}, {coarse} with {few} substeps, {fine} with {many}");
-    // Ten cells across: second order, and the particles next to a plate hold it half a spacing inside.
-    assert!((coarse / exact - 1.0).abs() < 0.05, "{coarse} of {exact}");
-    // The viscosity knows no substep, but the transfers lose a little at the plates each time: a viscosity that grew with
-    // the number of substeps would make the flow four times slower.
-    assert!(many > 3 * few && (fine / coarse - 1.0).abs() < 0.08, "{fine} and {coarse}");
+    // Ten cells across: where the wall holds a node, the grid shows (dx/2)² u''/2 less than the flow has, which is
+    // (dx/h)² = 1 % of its greatest speed; half as much again for the moving particles.
+    assert!((coarse / exact - 1.0).abs() < 0.025, "{coarse} of {exact}");
+    // The viscosity knows no substep, and what the transfers lose at the plates hangs on the time: by affine transfers
+    // alone the flow would be 6 % slower with four times as many substeps.
+    assert!(many > 3 * few && (fine / coarse - 1.0).abs() < 0.015, "{fine} and {coarse}");
 }
 
 #[test]

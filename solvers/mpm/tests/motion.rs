@@ -1,9 +1,6 @@
 //! Free motion: fall, flight, rest, spin.
 
-#[cfg(test)]
-mod common;
-
-use common::{Run, body, cuboid, elastic, gravity, moving, scene};
+use crate::common::{Run, body, cuboid, elastic, gravity, moving, scene};
 use cosplat_core::scene::Source;
 use cosplat_mpm::Real;
 
@@ -83,7 +80,7 @@ fn spin<R: Real>() -> [f64; 3] {
     }
     println!("{} substeps", run.substeps);
     let now = run.momentum.minus(p);
-    let drift = |d: [f64; 3], of: [f64; 3]| common::shifted(d, [0.0; 3]) / common::shifted(of, [0.0; 3]);
+    let drift = |d: [f64; 3], of: [f64; 3]| crate::common::shifted(d, [0.0; 3]) / crate::common::shifted(of, [0.0; 3]);
     let loss = 1.0 - (energy.kinetic_j + energy.potential_j) / e.kinetic_j;
     [drift(now.linear, p.linear), drift(now.angular, p.angular), loss]
 }

@@ -1,10 +1,7 @@
 //! Particles that run away: put aside one by one and counted, or the end of the run with a reason.
 
-#[cfg(test)]
-mod common;
-
-use common::rock::view;
-use common::{Run, body, cuboid, elastic, gravity, plane, scene};
+use crate::common::rock::view;
+use crate::common::{Run, body, cuboid, elastic, gravity, plane, scene};
 use cosplat_core::boundary::Impulses;
 use cosplat_core::plugin::{ImpulseInput, Inputs, Plugin, PluginError, ViewRole};
 use cosplat_core::scene::Wall;
@@ -17,7 +14,7 @@ const MASS: f64 = 500.0 * 0.16 * 0.16 * 0.16;
 fn resting() -> Run<f64> {
     let block = body("block", elastic(500.0, 1e5, 0.3), cuboid([0.16; 3]), [0.0, 0.0, 0.08], 0.02);
     let mut start = scene(vec![block], WINDOW);
-    start.statics = vec![plane("floor", [0.0; 3], common::UPRIGHT, Wall::NoSlip)];
+    start.statics = vec![plane("floor", [0.0; 3], crate::common::UPRIGHT, Wall::NoSlip)];
     start.actions.push(gravity(-9.81));
     let mut run = Run::new(start);
     for _ in 0..10 {
@@ -74,7 +71,7 @@ fn one_particle_that_runs_away_is_put_aside() {
         let (body, sane) = (run.step().report.bodies[0], sane.setup.report.bodies[0]);
         // Mass stays in the books to the bit, and the block stands where it stood, to a tenth of a particle's edge.
         assert_eq!(body.mass_kg.to_bits(), sane.mass_kg.to_bits());
-        assert!(common::shifted(body.position_m, sane.position_m) < 0.1 * 0.02, "{:?}", body.position_m);
+        assert!(crate::common::shifted(body.position_m, sane.position_m) < 0.1 * 0.02, "{:?}", body.position_m);
     }
 }
 

@@ -1,10 +1,7 @@
 //! Rigid partners through the stand-in path, with a rigid body of the test on the other side, and impulses on samples.
 
-#[cfg(test)]
-mod common;
-
-use common::rock::{Rock, view, with_rock};
-use common::{Run, body, cuboid, elastic, gravity, plane, scene};
+use crate::common::rock::{Rock, view, with_rock};
+use crate::common::{Run, body, cuboid, elastic, gravity, plane, scene};
 use cosplat_core::boundary::{BoundaryState, Impulses, add, cross, norm, scale, sub};
 use cosplat_core::plugin::{ImpulseInput, Inputs, ViewRole};
 use cosplat_core::scene::{Source, Wall};
@@ -17,7 +14,7 @@ fn strike(cells: usize) -> (f64, f64) {
     let window = 1e-3;
     let bar = body("bar", elastic(1000.0, 1e6, 0.0), cuboid([0.1, 0.1, 1.0]), [0.05, 0.05, 0.5], dx / 2.0);
     let mut start = scene(vec![bar], window);
-    start.statics = vec![plane("foot", [0.0; 3], common::UPRIGHT, Wall::NoSlip)];
+    start.statics = vec![plane("foot", [0.0; 3], crate::common::UPRIGHT, Wall::NoSlip)];
     with_rock(&mut start, "bar", &cuboid([0.3, 0.3, 0.2]), 0.0);
     let mut rock = Rock::new(10.0, 0.2, [0.05, 0.05, 1.1], [0.0, 0.0, -0.5], [0.0; 3]);
     let mut run = Run::<f32>::new(start);
@@ -55,7 +52,7 @@ fn drop<R: Real>(mass: f64, windows: u32) -> (Run<R>, Rock, [f64; 2]) {
     let block = body("block", elastic(300.0, 1e5, 0.3), cuboid([0.4, 0.4, 0.2]), [0.0, 0.0, 0.1], 0.02);
     let mut start = scene(vec![block], window);
     let rough = Wall::Friction { static_friction: 0.8, kinetic_friction: 0.8 };
-    start.statics = vec![plane("floor", [0.0; 3], common::UPRIGHT, rough)];
+    start.statics = vec![plane("floor", [0.0; 3], crate::common::UPRIGHT, rough)];
     start.actions.push(gravity(-9.81));
     with_rock(&mut start, "block", &Source::Sphere { radius_m: 0.1 }, 0.5);
     let mut rock = Rock::new(mass, 0.4 * mass * 0.01, [0.03, 0.02, 0.33], [0.3, 0.0, -1.0], g);

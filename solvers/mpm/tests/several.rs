@@ -1,10 +1,7 @@
 //! Rigid bodies that something else holds as well: other resolvers, a floor.
 
-#[cfg(test)]
-mod common;
-
-use common::rock::{Rock, with_rock};
-use common::{Run, body, cuboid, elastic, moving, plane, scene};
+use crate::common::rock::{Rock, with_rock};
+use crate::common::{Run, body, cuboid, elastic, moving, plane, scene};
 use cosplat_core::boundary::{Impulses, Wrench, add, scale};
 use cosplat_core::plugin::Outputs;
 use cosplat_core::scene::{Material, Wall};
@@ -39,7 +36,7 @@ fn set_down(solvers: usize, viscosity: f64, spacing: f64) -> (f64, f64, [f64; 2]
             let at = [0.15 * turn.cos(), 0.15 * turn.sin(), 0.05];
             let material = viscous(elastic(300.0, stiffness, 0.0), viscosity);
             let mut start = scene(vec![body("block", material, cuboid([edge; 3]), at, spacing)], window);
-            start.statics = vec![plane("floor", [0.0; 3], common::UPRIGHT, Wall::NoSlip)];
+            start.statics = vec![plane("floor", [0.0; 3], crate::common::UPRIGHT, Wall::NoSlip)];
             with_rock(&mut start, "block", &cuboid([0.5, 0.5, 0.05]), 0.3);
             Run::new(start)
         })
@@ -107,7 +104,7 @@ fn rebound(on_plate: bool) -> f64 {
     if on_plate {
         with_rock(&mut start, "bar", &cuboid([0.4, 0.4, 0.1]), 0.0);
     } else {
-        start.statics = vec![plane("floor", [0.0; 3], common::UPRIGHT, Wall::Slip)];
+        start.statics = vec![plane("floor", [0.0; 3], crate::common::UPRIGHT, Wall::Slip)];
     }
     let mut plate = Rock::new(100.0, 1.5, [0.0, 0.0, -0.05], [0.0; 3], [0.0; 3]);
     let mut run = Run::<f32>::new(start);

@@ -1,9 +1,6 @@
 //! Snow: a ball that breaks, one that packs, energy.
 
-#[cfg(test)]
-mod common;
-
-use common::{Run, UPRIGHT, body, gravity, moving, plane, scene};
+use crate::common::{Run, UPRIGHT, body, gravity, moving, plane, scene};
 use cosplat_core::scene::{Material, Source, Wall};
 
 fn snow(hardening: f64) -> Material {

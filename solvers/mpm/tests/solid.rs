@@ -1,9 +1,8 @@
 //! Elastic and plastic solids against closed forms.
 
-#[cfg(test)]
-mod common;
-
-use common::{Run, TO_MINUS_X, TO_MINUS_Y, TO_X, TO_Y, body, cuboid, elastic, gravity, moving, plane, scene, set};
+use crate::common::{
+    Run, TO_MINUS_X, TO_MINUS_Y, TO_X, TO_Y, body, cuboid, elastic, gravity, moving, plane, scene, set,
+};
 use cosplat_core::plugin::{Inputs, SolverScene};
 use cosplat_core::scene::{Material, Wall};
 use cosplat_mpm::Real;
@@ -16,7 +15,7 @@ fn bar(material: Material, length: f64, cells: usize, foot: Wall, window_s: f64)
         window_s,
     );
     scene.statics = vec![
-        plane("foot", [0.0; 3], common::UPRIGHT, foot),
+        plane("foot", [0.0; 3], crate::common::UPRIGHT, foot),
         plane("left", [0.0; 3], TO_X, Wall::Slip),
         plane("right", [dx, 0.0, 0.0], TO_MINUS_X, Wall::Slip),
         plane("front", [0.0; 3], TO_Y, Wall::Slip),
@@ -118,7 +117,7 @@ fn growth(courant: f64) -> Result<f64, String> {
     let wave = elastic(1000.0, 1e6, 0.3).wave_speed_m_s().expect("a solid");
     let cube = body("cube", elastic(1000.0, 1e6, 0.3), cuboid([0.4; 3]), [0.01, 0.013, 0.2], 0.025);
     let mut scene = scene(vec![moving(cube, [0.1, 0.2, -0.5], [1.0, 0.0, 0.0])], 10.0 * courant * 0.05 / wave);
-    scene.statics = vec![plane("floor", [0.0; 3], common::UPRIGHT, Wall::NoSlip)];
+    scene.statics = vec![plane("floor", [0.0; 3], crate::common::UPRIGHT, Wall::NoSlip)];
     set(&mut scene, "courant", 1.05 * courant);
     let mut run = Run::<f32>::new(scene);
     let start = run.setup.report.energy.kinetic_j;
@@ -229,7 +228,7 @@ fn a_supersonic_plush_survives_the_floor() {
     let plush = body("plush", elastic(50.0, 2500.0, 0.09), cuboid([0.2; 3]), [0.0, 0.0, 0.12], 0.0125);
     let mut start = scene(vec![moving(plush, [0.0, 0.0, -10.0], [0.0; 3])], 1e-3);
     let rough = Wall::Friction { static_friction: 0.5, kinetic_friction: 0.5 };
-    start.statics = vec![plane("floor", [0.0; 3], common::UPRIGHT, rough)];
+    start.statics = vec![plane("floor", [0.0; 3], crate::common::UPRIGHT, rough)];
     let mut run = Run::<f32>::new(start);
     let first = run.setup.report.energy.kinetic_j;
     let (mut most, mut counts) = (0.0_f64, [0; 2]);

@@ -1,11 +1,8 @@
 //! Bodies on a height field: what it carries, what slides down, and what it refuses.
 
-#[cfg(test)]
-mod common;
-
 use std::sync::Arc;
 
-use common::{Run, body, cuboid, elastic, gravity, plane, scene, set};
+use crate::common::{Run, body, cuboid, elastic, gravity, plane, scene, set};
 use cosplat_core::asset::{Asset, TriangleMesh};
 use cosplat_core::boundary::{dot, norm, sub};
 use cosplat_core::plugin::{Plugin, SolverScene};
@@ -34,7 +31,7 @@ fn on_slope(degrees: f64, friction: f64) -> (SolverScene, [f64; 3]) {
     slab.pose.orientation = [0.0, -(0.5 * angle).sin(), 0.0, (0.5 * angle).cos()];
     let mut start = scene(vec![slab], 1e-3);
     let rough = Wall::Friction { static_friction: friction, kinetic_friction: friction };
-    let mut hill = plane("hill", [0.0; 3], common::UPRIGHT, rough);
+    let mut hill = plane("hill", [0.0; 3], crate::common::UPRIGHT, rough);
     hill.source = Source::HeightField { file: "hill.obj".into(), metres_per_unit: 1.0, up: "+z".into() };
     start.statics = vec![hill];
     start.assets.insert("hill".into(), Arc::new(Asset::Mesh(slope(angle.tan(), 9))));

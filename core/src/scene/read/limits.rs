@@ -39,6 +39,11 @@ impl Limits {
         Self { low: Edge::With(low), high: Edge::With(high), unit }
     }
 
+    /// Greater than `low`.
+    pub(super) const fn above(low: f64, unit: &'static str) -> Self {
+        Self { low: Edge::Without(low), high: Edge::Open, unit }
+    }
+
     /// Above `low` and below `high`, neither allowed.
     pub(super) const fn inside(low: f64, high: f64, unit: &'static str) -> Self {
         Self { low: Edge::Without(low), high: Edge::Without(high), unit }

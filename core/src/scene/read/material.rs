@@ -17,11 +17,12 @@ const POISSON: Limits = Limits::inside(-1.0, 0.5, "");
 const FRICTION: Limits = Limits::not_negative("");
 const SHARE: Limits = Limits::between(0.0, 1.0, "");
 
-const KINDS: [&str; 10] = [
+const KINDS: [&str; 11] = [
     "point-mass",
     "rigid",
     "elastic",
     "elastoplastic",
+    "viscoplastic",
     "granular",
     "snow",
     "mpm-liquid",
@@ -116,6 +117,7 @@ fn defaults(kind: &str, has_mass: bool) -> Values {
     match kind {
         "rigid" if has_mass => Values::from([("friction", DEFAULT_FRICTION), ("density", UNUSED_DENSITY_KG_M3)]),
         "rigid" => Values::from([("friction", DEFAULT_FRICTION)]),
+        "viscoplastic" => Values::from([("hardening", 0.0), ("flow_index", 1.0)]),
         "granular" => Values::from([("cohesion", 0.0)]),
         "snow" => {
             let [compression, stretch, hardening] = SNOW;
@@ -149,6 +151,23 @@ fn parameters(material: &Material) -> Values {
         }
         Material::Elastoplastic { density_kg_m3, youngs_modulus_pa, poissons_ratio, yield_stress_pa } => {
             solid(density_kg_m3, youngs_modulus_pa, poissons_ratio, &[("yield_stress", yield_stress_pa)])
+        }
+        Material::Viscoplastic {
+            density_kg_m3,
+            youngs_modulus_pa,
+            poissons_ratio,
+            yield_stress_pa,
+            hardening_pa,
+            consistency_pa_sn,
+            flow_index,
+        } => {
+            let more = [
+                ("yield_stress", yield_stress_pa),
+                ("hardening", hardening_pa),
+                ("consistency", consistency_pa_sn),
+                ("flow_index", flow_index),
+            ];
+            solid(density_kg_m3, youngs_modulus_pa, poissons_ratio, &more)
         }
         Material::Granular { density_kg_m3, youngs_modulus_pa, poissons_ratio, friction_angle_deg, cohesion_pa } => {
             let more = [("friction_angle", friction_angle_deg), ("cohesion", cohesion_pa)];
@@ -245,6 +264,7 @@ fn of_kind(kind: &str, numbers: &Numbers<'_, '_>) -> Option<Material> {
             poissons_ratio: poissons_ratio(),
             yield_stress_pa: get("yield_stress", PRESSURE),
         },
+        "viscoplastic" => viscoplastic(numbers),
         "granular" => Material::Granular {
             density_kg_m3: density(),
             youngs_modulus_pa: youngs_modulus(),
@@ -275,6 +295,22 @@ fn of_kind(kind: &str, numbers: &Numbers<'_, '_>) -> Option<Material> {
         "smoke" => Material::Smoke { density_kg_m3: density(), viscosity: get("viscosity", SHARE) },
         _ => return None,
     })
+}
+
+/// It may soften, but not faster than its elasticity gives way.
+fn viscoplastic(numbers: &Numbers<'_, '_>) -> Material {
+    let youngs_modulus_pa = numbers.get("youngs_modulus", PRESSURE);
+    let poissons_ratio = numbers.get("poissons_ratio", POISSON);
+    let steepest = -3.0 * Lame::from_young_poisson(youngs_modulus_pa, poissons_ratio).mu_pa;
+    Material::Viscoplastic {
+        density_kg_m3: numbers.get("density", DENSITY),
+        youngs_modulus_pa,
+        poissons_ratio,
+        yield_stress_pa: numbers.get("yield_stress", PRESSURE),
+        hardening_pa: numbers.get("hardening", Limits::above(steepest, "Pa")),
+        consistency_pa_sn: numbers.get("consistency", Limits::not_negative("Pa sⁿ")),
+        flow_index: numbers.get("flow_index", Limits::between(0.1, 1.0, "")),
+    }
 }
 
 /// A liquid's bulk modulus, or the one that E and ν leave without the shear part: λ.

@@ -12,6 +12,7 @@ mod solid;
 #[cfg(test)]
 mod tests;
 mod viscous;
+mod von_mises;
 
 use cosplat_core::scene::Lame;
 
@@ -20,8 +21,9 @@ use crate::real::{Lanes, Real};
 use liquid::Liquid;
 use sand::Sand;
 use snow::Snow;
-use solid::{Moduli, VonMises};
+use solid::Moduli;
 use viscous::Viscosity;
+use von_mises::VonMises;
 
 /// Which norm of the stress is compared with the yield stress.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -105,6 +107,11 @@ impl<R: Real> Law<R> {
         Self::VonMises(VonMises::new(lame, yield_stress, norm))
     }
 
+    /// Hencky solid of a yield stress and hardening \[Pa\] that flows with a consistency \[Pa sⁿ\] and a flow index.
+    pub(crate) fn viscoplastic(lame: Lame, yields: [f64; 2], fluid: (f64, f64), norm: YieldNorm) -> Self {
+        Self::VonMises(VonMises::viscoplastic(lame, yields, fluid, norm))
+    }
+
     /// Grains of a friction angle \[degrees\] and a cohesion \[Pa\].
     pub(crate) fn sand(lame: Lame, friction_angle_deg: f64, cohesion: f64, cone: Cone) -> Self {
         Self::Sand(Sand::new(lame, friction_angle_deg, cohesion, cone))
@@ -162,7 +169,7 @@ impl<R: Real> Law<R> {
     pub(crate) fn flow(&self, b: &Sym<R>, past: R::V, room: &Room<R>) -> Option<Returned<R>> {
         match self {
             Self::Elastic(_) => None,
-            Self::VonMises(metal) => metal.flow(b, past),
+            Self::VonMises(metal) => metal.flow(b, past, room.dt),
             Self::Sand(sand) => sand.flow(b, past, room),
             Self::Liquid(liquid) => liquid.flow(b, past, room),
             Self::Snow(snow) => snow.flow(b, past),
@@ -246,13 +253,15 @@ fn volume<R: Real>(b: &Sym<R>) -> R::V {
     (all::<R>(1.0) + det_minus_one::<R>(b)).max(R::V::default()).sqrt()
 }
 
-/// What the grid shows around four particles.
+/// What the grid shows around four particles, and how long they flow.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Room<R: Real> {
     /// Volume that a particle has there, over its own at rest: density at rest over that of the grid.
     pub(crate) space: R::V,
     /// Way that sound makes in a substep, in cells.
     pub(crate) way: R::V,
+    /// Length of the substep \[s\].
+    pub(crate) dt: f64,
 }
 
 /// Part by which what flows may be denser on the grid than its volume ratio says: twice the uncertainty of the grid's
@@ -270,7 +279,7 @@ impl<R: Real> Room<R> {
     /// Nothing but what the motion says.
     #[cfg(test)]
     pub(crate) fn endless() -> Self {
-        Self { space: all::<R>(1e9), way: R::V::default() }
+        Self { space: all::<R>(1e9), way: R::V::default(), dt: 1.0 }
     }
 
     /// Whether any volume ratio may have to follow: it opened, or the grid is denser than at rest.

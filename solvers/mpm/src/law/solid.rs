@@ -1,9 +1,8 @@
-//! Elastic solids, and Hencky solids that flow by von Mises.
+//! Elastic moduli, and the stress and energy of elastic solids.
 
 use cosplat_core::scene::Lame;
 
 use super::log::Log;
-use super::{Returned, YieldNorm};
 use crate::math::{Sym, all, det_minus_one, ln_1p, square};
 use crate::real::{Lanes, Real};
 
@@ -63,50 +62,5 @@ impl<R: Real> Moduli<R> {
         let most = (xx + xy + xz).max(yy + xy + yz).max(zz + xz + yz).max(zero);
         let twice_log = ln_1p::<R>(det_minus_one::<R>(b).max(all::<R>(-1.0 + 1e-7)));
         self.lambda * (one - twice_log * all::<R>(0.5)).max(one) + self.mu * (one + one + most)
-    }
-}
-
-/// Hencky solid with von Mises plasticity, without hardening.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct VonMises<R: Real> {
-    pub(super) solid: Moduli<R>,
-    /// Largest `|dev e|`.
-    limit: f64,
-}
-
-impl<R: Real> VonMises<R> {
-    pub(super) fn new(lame: Lame, yield_stress: f64, norm: YieldNorm) -> Self {
-        Self { solid: Moduli::new(lame), limit: norm.limit(yield_stress, lame.mu_pa) }
-    }
-
-    /// Whether [`Self::flow`] could change a strain.
-    #[inline]
-    fn may_flow(&self, b: &Sym<R>) -> bool {
-        // |e| ≤ h / (1 - 2h) with h = |B|/2, so below the limit no return is possible.
-        square::<R>(b).array().iter().any(|&s| {
-            let h = 0.5 * s.f64().sqrt();
-            h >= self.limit * (1.0 - 2.0 * h)
-        })
-    }
-
-    /// Returns the strain to the yield surface; the history is the equivalent plastic strain. The energy lost is
-    /// `2 μ |dev e| Δγ` with the returned deviator.
-    ///
-    /// `Δγ = |dev e| - limit`, `e ← e - Δγ dev e / |dev e|`, `Δε_p = √(2/3) Δγ`. Source: Simo, "Algorithms for static
-    /// and dynamic multiplicative plasticity" (1992); no hardening.
-    pub(super) fn flow(&self, b: &Sym<R>, plastic: R::V) -> Option<Returned<R>> {
-        if !self.may_flow(b) {
-            return None;
-        }
-        let (log, zero, limit) = (Log::<R>::of(b), R::V::default(), all::<R>(self.limit));
-        let norm = log.deviator();
-        let excess = (norm - limit).max(zero);
-        let new = log.returned(all::<R>(1.0) - excess / norm.max(limit), log.sum());
-        Some(Returned {
-            // Untouched where nothing flows.
-            b: [0, 1, 2, 3, 4, 5].map(|i| R::V::if_less(zero, excess, new[i], b[i])),
-            past: plastic + excess * all::<R>((2.0_f64 / 3.0).sqrt()),
-            lost: excess * limit * self.solid.mu * all::<R>(2.0),
-        })
     }
 }

@@ -95,3 +95,51 @@ fn viscosity_of_a_solid_is_a_stress_of_its_own_that_takes_the_power_it_resists()
     assert!((law.viscosity() - 7.0).abs() < 1e-15);
     assert!(Law::<f64>::elastic(Lame::from_young_poisson(1e5, 0.3), 0.0).heat(&b, &lanes).is_none());
 }
+
+/// Shear stress of a simple shear at that rate, over `time` in steps of `dt`, and the energy lost per volume.
+fn sheared(law: &Law<f64>, rate: f64, time: f64, dt: f64) -> (f64, f64) {
+    let (mut b, mut past, mut lost) = ([NONE; 6], NONE, 0.0);
+    let l = [[NONE, NONE, all::<f64>(rate * dt)], [NONE; 3], [NONE; 3]];
+    for _ in 0..(time / dt).round() as usize {
+        b = crate::math::congruence::<f64>(&l, &b);
+        if let Some(new) = law.flow(&b, past, &Room { dt, ..Room::endless() }) {
+            (b, past, lost) = (new.b, new.past, lost + new.lost.to_array()[0]);
+        }
+    }
+    (law.stress(&b, past, &STILL)[4].to_array()[0], lost)
+}
+
+#[test]
+fn slow_and_fast_shear_is_that_of_herschel_and_bulkley() {
+    let lame = Lame::from_young_poisson(1e6, 0.3);
+    for (consistency, index) in [(0.0, 1.0), (40.0, 1.0), (300.0, 0.5), (90.0, 0.3)] {
+        let law = Law::<f64>::viscoplastic(lame, [900.0, 0.0], (consistency, index), YieldNorm::Physical);
+        for rate in [0.1_f64, 1.0, 30.0] {
+            let (stress, lost) = sheared(&law, rate, 0.5 / rate, 1e-3 / rate);
+            let wanted = 900.0 / 3.0_f64.sqrt() + consistency * rate.powf(index);
+            // The stress turns with the material over one elastic strain, wanted over μ: first order in it.
+            let elastic = wanted / lame.mu_pa;
+            assert!((stress / wanted - 1.0).abs() < 2.0 * elastic, "{stress} of {wanted} at {rate} 1/s");
+            // All work but that of the first elastic strain is lost, to the length of a step.
+            assert!((lost / (wanted * (0.5 - 0.5 * elastic)) - 1.0).abs() < 1e-2, "{lost}");
+            // A tenth of the step is the same flow: its rate is that of the end of the step, and here it does not change.
+            let (fine, _) = sheared(&law, rate, 0.5 / rate, 1e-4 / rate);
+            assert!((fine / stress - 1.0).abs() < 1e-5, "{fine} and {stress}");
+        }
+    }
+}
+
+#[test]
+fn hardening_raises_and_softening_ends_the_yield_stress() {
+    let lame = Lame::from_young_poisson(1e6, 0.3);
+    let stress = |hardening: f64| {
+        let law = Law::<f64>::viscoplastic(lame, [900.0, hardening], (0.0, 1.0), YieldNorm::Physical);
+        sheared(&law, 1.0, 0.5, 1e-3).0
+    };
+    // The equivalent plastic strain of a simple shear γ is γ/√3: of all but the elastic part.
+    let plastic = (0.5 - 900.0 / 3.0_f64.sqrt() / lame.mu_pa) / 3.0_f64.sqrt();
+    let wanted = (900.0 + 2000.0 * plastic) / 3.0_f64.sqrt();
+    // First order in the elastic strain, 0.2 %, as above.
+    assert!((stress(2000.0) / wanted - 1.0).abs() < 5e-3, "{} of {wanted}", stress(2000.0));
+    assert!(stress(-4000.0).abs() < 1e-9, "{}", stress(-4000.0));
+}

@@ -56,6 +56,11 @@ material = { kind = "snow", density = 400, youngs_modulus = 1.4e5, poissons_rati
 box = { size = [1, 1, 1] }
 
 [[body]]
+name = "foam"
+material = { kind = "viscoplastic", density = 60, youngs_modulus = 1e5, poissons_ratio = 0.3, yield_stress = 900, consistency = 20 }
+box = { size = [1, 1, 1] }
+
+[[body]]
 name = "dust"
 material = { kind = "smoke", density = 1.2 }
 cloud = { count = 1000, size = [1, 1, 1] }
@@ -168,6 +173,10 @@ fn every_key_is_read() {
         panic!("snow")
     };
     assert_eq!((critical_compression, critical_stretch, hardening), (2.5e-2, 7.5e-3, 5.0));
+    let Material::Viscoplastic { hardening_pa, consistency_pa_sn, flow_index, .. } = scene.bodies[6].material else {
+        panic!("foam")
+    };
+    assert_eq!((hardening_pa, consistency_pa_sn, flow_index), (0.0, 20.0, 1.0));
     let frictions = |pair: &PairSpec| (pair.static_friction, pair.kinetic_friction);
     assert_eq!(frictions(&scene.pairs[0]), (3.0, 3.0), "from the rock's preset");
     assert_eq!((scene.pairs[1].kinetic_friction, scene.pairs[1].softness_m), (0.2, 0.004));
