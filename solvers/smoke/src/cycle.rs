@@ -88,10 +88,11 @@ impl Level {
             for row in m.rows(z) {
                 let first = z * m.s[2] + row;
                 let part = first..first + m.n[0];
-                let left = m.row(all, first);
+                let out = &mut plane[row..row + m.n[0]];
+                m.row(all, first, out);
                 let (x, b, inverse) = (&all[part.clone()], &b[part.clone()], &inverse[part]);
-                for (i, out) in plane[row..row + m.n[0]].iter_mut().enumerate() {
-                    *out = x[i] + length * inverse[i] * (b[i] - left(i));
+                for (((out, x), b), inverse) in out.iter_mut().zip(x).zip(b).zip(inverse) {
+                    *out = x + length * inverse * (b - *out);
                 }
             }
         });
@@ -104,10 +105,9 @@ impl Level {
         for_chunks(parallel, &mut self.other, m.s[2], &|z, plane| {
             for row in m.rows(z) {
                 let first = z * m.s[2] + row;
-                let (left, b) = (m.row(x, first), &b[first..first + m.n[0]]);
-                for (i, out) in plane[row..row + m.n[0]].iter_mut().enumerate() {
-                    *out = b[i] - left(i);
-                }
+                let out = &mut plane[row..row + m.n[0]];
+                m.row(x, first, out);
+                out.iter_mut().zip(&b[first..]).for_each(|(out, b)| *out = b - *out);
             }
         });
     }

@@ -11,7 +11,7 @@
 //!   of third order.
 //! - `-ν (∂_b u_a + ∂_a u_b)`.
 
-use cosplat_core::boundary::{Vec3, Wrench, cross, scale};
+use cosplat_core::boundary::{Vec3, Wrench, add, cross};
 
 use crate::grid::{Faces, Grid, PAD, for_chunks};
 use crate::sides::{Sides, free};
@@ -74,23 +74,18 @@ pub(crate) fn add_tensor(grid: &Grid, u: &Faces, nu: f64, share: f64, t: &mut Te
     }
 }
 
-/// Acceleration by the tensor of the `len` faces of component `a` from number `at` on \[m/s²\].
-#[inline]
-pub(crate) fn acceleration<'a>(
-    grid: &Grid,
-    t: &'a Tensor,
-    a: usize,
-    at: usize,
-    len: usize,
-) -> impl Fn(usize) -> f64 + use<'a> {
+/// Acceleration by the tensor of the faces of component `a` from number `at` on, into `out` \[m/s²\].
+pub(crate) fn acceleration(grid: &Grid, t: &Tensor, a: usize, at: usize, out: &mut [f64]) {
     let [b, c] = [(a + 1) % 3, (a + 2) % 3];
-    let (sa, sb, sc, by) = (grid.s[a], grid.s[b], grid.s[c], 1.0 / grid.h);
-    let part = |t: &'a [f64], from: usize| &t[from..from + len];
+    let (len, by) = (out.len(), 1.0 / grid.h);
     // Entries 3, 4, 5 hold the pairs (0, 1), (1, 2), (2, 0).
-    let along = [part(&t[a], at - sa), part(&t[a], at)];
-    let ab = [part(&t[3 + a], at), part(&t[3 + a], at + sb)];
-    let ca = [part(&t[3 + c], at), part(&t[3 + c], at + sc)];
-    move |i| by * (along[0][i] - along[1][i] + (ab[0][i] - ab[1][i]) + (ca[0][i] - ca[1][i]))
+    let (ab, ca) = (&t[3 + a], &t[3 + c]);
+    let (low, high) = (&t[a][at - grid.s[a]..][..len], &t[a][at..][..len]);
+    let (low_b, high_b) = (&ab[at..][..len], &ab[at + grid.s[b]..][..len]);
+    let (low_c, high_c) = (&ca[at..][..len], &ca[at + grid.s[c]..][..len]);
+    for (i, out) in out.iter_mut().enumerate() {
+        *out = by * (low[i] - high[i] + (low_b[i] - high_b[i]) + (low_c[i] - high_c[i]));
+    }
 }
 
 /// Visits the free faces of component `a`, row by row: `each(cell, number)`.
@@ -169,29 +164,49 @@ pub(crate) fn across_sides(grid: &Grid, sides: Sides, t: &Tensor) -> Wrench {
     sum
 }
 
-/// Momentum of the free faces per density and volume of a cell, and its moment about the origin, with the sum of sizes
-/// and half the sum of squares \[m/s, m²/s, m/s, m²/s²\].
-pub(crate) fn momentum(grid: &Grid, sides: Sides, u: &Faces) -> (Wrench, f64, f64) {
-    let (mut sum, mut gross, mut squares) = (Wrench::default(), 0.0, 0.0);
-    for (a, u) in u.iter().enumerate() {
-        let mut axis = [0.0; 3];
-        axis[a] = 1.0;
-        // Row by row, then plane by plane: a sum of so many terms would lose digits that its parts have.
-        let (mut row, mut plane, mut last) = (Wrench::default(), Wrench::default(), [0; 3]);
-        visit(grid, sides, a, |cell, at| {
-            if cell[1..] != last[1..] {
-                plane = plane.plus(std::mem::take(&mut row));
-            }
-            if cell[2] != last[2] {
-                sum = sum.plus(std::mem::take(&mut plane));
-            }
-            last = cell;
-            let p: Vec3 = scale(axis, u[at]);
-            row = row.plus(Wrench { linear: p, angular: cross(grid.face(a, cell), p) });
-            gross += u[at].abs();
-            squares += 0.5 * u[at] * u[at];
-        });
-        sum = sum.plus(plane.plus(row));
+/// What a row of values adds: their sum along component `a` with its moment about the origin, the sum of sizes and that
+/// of squares.
+fn row_sums(grid: &Grid, a: usize, cell: [isize; 3], values: &[f64]) -> (Wrench, f64, f64) {
+    let first = grid.face(a, cell);
+    let (mut sum, mut steps, mut gross, mut squares) = ([0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]);
+    for (base, four) in (0..).step_by(4).zip(values.chunks(4)) {
+        for (lane, v) in four.iter().enumerate() {
+            sum[lane] += v;
+            steps[lane] += v * f64::from(base + lane as i32);
+            gross[lane] += v.abs();
+            squares[lane] += v * v;
+        }
     }
-    (sum, gross, squares)
+    let [sum, steps, gross, squares] = [sum, steps, gross, squares].map(|four| four.iter().sum::<f64>());
+    let mut linear: Vec3 = [0.0; 3];
+    linear[a] = sum;
+    let mut along: Vec3 = [0.0; 3];
+    along[a] = steps * grid.h;
+    let angular = add(cross(first, linear), cross([1.0, 0.0, 0.0], along));
+    (Wrench { linear, angular }, gross, squares)
+}
+
+/// Sum over the free faces per value, with its moment about the origin, and the sums of sizes and of squares.
+///
+/// Row by row, then plane by plane: a sum of so many terms would lose digits that its parts have.
+pub(crate) fn sums(grid: &Grid, sides: Sides, values: &Faces) -> (Wrench, f64, f64) {
+    let (mut all, mut gross, mut squares) = (Wrench::default(), 0.0, 0.0);
+    for (a, values) in values.iter().enumerate() {
+        let mut range = grid.n.map(|n| [0, n as isize - 1]);
+        range[a] = free(grid, sides, a);
+        let len = (range[0][1] - range[0][0] + 1).max(0) as usize;
+        for z in range[2][0]..=range[2][1] {
+            let mut plane = Wrench::default();
+            for y in range[1][0]..=range[1][1] {
+                let cell = [range[0][0], y, z];
+                let at = grid.at(cell);
+                let (row, sizes, square) = row_sums(grid, a, cell, &values[at..at + len]);
+                plane = plane.plus(row);
+                gross += sizes;
+                squares += square;
+            }
+            all = all.plus(plane);
+        }
+    }
+    (all, gross, squares)
 }

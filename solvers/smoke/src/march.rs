@@ -45,10 +45,10 @@ pub(crate) fn marched(
 ) {
     for_free(parts.grid, parts.sides, a, out, parts.parallel, &|at, _, row| {
         let len = row.len();
-        let push = acceleration(parts.grid, tensor, a, at, len);
+        acceleration(parts.grid, tensor, a, at, row);
         let (u, others) = (&u[at..at + len], &others[at..at + len]);
         for (i, out) in row.iter_mut().enumerate() {
-            *out = u[i] + dt * (factor * push(i) + others[i]);
+            *out = u[i] + dt * (factor * *out + others[i]);
         }
     });
 }

@@ -46,27 +46,25 @@ impl<T: Real> Matrix<T> {
         (1..=if inside { n } else { 0 }).map(move |y| y * s + 1)
     }
 
-    /// The equation's left side for `x`, in the cells of the row that begins at number `first`.
-    #[inline]
-    pub(crate) fn row<'a>(&'a self, x: &'a [T], first: usize) -> impl Fn(usize) -> T + 'a {
-        let (n, [_, sy, sz]) = (self.n[0], self.s);
-        let part = move |all: &'a [T], from: usize| &all[from..from + n];
-        let middle = part(x, first);
-        let (west, east) = (part(x, first - 1), part(x, first + 1));
-        let (south, north) = (part(x, first - sy), part(x, first + sy));
-        let (down, up) = (part(x, first - sz), part(x, first + sz));
+    /// The equation's left side for `x`, into `out`, in the cells of the row that begins at number `first`.
+    pub(crate) fn row(&self, x: &[T], first: usize, out: &mut [T]) {
+        let (n, [_, sy, sz]) = (out.len(), self.s);
+        let middle = &x[first..first + n];
+        let (west, east) = (&x[first - 1..first - 1 + n], &x[first + 1..first + 1 + n]);
+        let (south, north) = (&x[first - sy..first - sy + n], &x[first + sy..first + sy + n]);
+        let (down, up) = (&x[first - sz..first - sz + n], &x[first + sz..first + sz + n]);
         let [kx, ky, kz] = &self.k;
-        let (kw, ke) = (part(kx, first), part(kx, first + 1));
-        let (ks, kn) = (part(ky, first), part(ky, first + sy));
-        let (kd, ku) = (part(kz, first), part(kz, first + sz));
-        move |i| {
+        let (kw, ke) = (&kx[first..first + n], &kx[first + 1..first + 1 + n]);
+        let (ks, kn) = (&ky[first..first + n], &ky[first + sy..first + sy + n]);
+        let (kd, ku) = (&kz[first..first + n], &kz[first + sz..first + sz + n]);
+        for (i, out) in out.iter_mut().enumerate() {
             let c = middle[i];
-            kw[i] * (c - west[i])
+            *out = kw[i] * (c - west[i])
                 + ke[i] * (c - east[i])
                 + ks[i] * (c - south[i])
                 + kn[i] * (c - north[i])
                 + kd[i] * (c - down[i])
-                + ku[i] * (c - up[i])
+                + ku[i] * (c - up[i]);
         }
     }
 }

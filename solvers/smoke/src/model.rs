@@ -1,9 +1,10 @@
-//! What never changes in a run.
+//! What never changes in a run, and the part of the domain that is computed.
 
 use cosplat_core::boundary::{Vec3, add, scale};
 use cosplat_core::distance::Shape;
 use cosplat_core::plan::InterfaceId;
 
+use crate::follow::{Part, Whole};
 use crate::grid::Grid;
 use crate::params::Params;
 use crate::sides::Sides;
@@ -36,13 +37,15 @@ pub(crate) struct Face {
     pub(crate) partner: Partner,
 }
 
-/// Everything that never changes.
+/// Everything that never changes, but the part of the domain that is computed.
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
     /// Name of the smoke.
     pub(crate) name: String,
+    /// The part of the domain that is computed.
+    pub(crate) part: Part,
     pub(crate) grid: Grid,
-    /// By the sum of all winds: whether a side is an inlet does not change.
+    /// By the sum of all winds: whether a side of the domain is an inlet does not change.
     pub(crate) sides: Sides,
     pub(crate) params: Params,
     /// Kinematic viscosity \[m²/s\].
@@ -57,6 +60,7 @@ pub(crate) struct Model {
     pub(crate) fixed: Vec<Filled>,
     /// Cells of the source of an inflow.
     pub(crate) source: Vec<usize>,
+    pub(crate) whole: Whole,
     pub(crate) partners: Vec<Face>,
     pub(crate) gravity: Vec<During>,
     pub(crate) wind: Vec<During>,

@@ -82,9 +82,10 @@ impl Multigrid {
             let mut most = 0.0;
             for row in m.rows(z) {
                 let first = z * m.s[2] + row;
-                let (left, b) = (m.row(q, first), &b[first..first + m.n[0]]);
-                for (i, r) in plane[row..row + m.n[0]].iter_mut().enumerate() {
-                    *r = b[i] - left(i);
+                let out = &mut plane[row..row + m.n[0]];
+                m.row(q, first, out);
+                for (r, b) in out.iter_mut().zip(&b[first..]) {
+                    *r = b - *r;
                     most = larger(most, r.abs());
                 }
             }
@@ -134,8 +135,8 @@ impl Multigrid {
             let mut sum = 0.0;
             for row in m.rows(z) {
                 let first = z * m.s[2] + row;
-                let (left, out) = (m.row(p, first), &mut plane[row..row + m.n[0]]);
-                out.iter_mut().enumerate().for_each(|(i, out)| *out = left(i));
+                let out = &mut plane[row..row + m.n[0]];
+                m.row(p, first, out);
                 sum += dot(out, &p[first..first + m.n[0]]);
             }
             sum
@@ -237,8 +238,7 @@ mod tests {
                 let inside = |z: usize| level.rows(z).map(move |row| z * level.s[2] + row);
                 let mut out = vec![0.0; size];
                 for first in (1..=n[2]).flat_map(inside) {
-                    let row = level.row(q, first);
-                    (0..n[0]).for_each(|i| out[first + i] = row(i));
+                    level.row(q, first, &mut out[first..first + n[0]]);
                 }
                 out
             };

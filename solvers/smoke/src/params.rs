@@ -33,6 +33,8 @@ pub(crate) struct Params {
     pub(crate) rate: f64,
     /// Velocity of the gas in the mouth of an inflow \[m/s\]; none lets it move freely.
     pub(crate) jet: Option<Vec3>,
+    /// Speed of gas that is left out, over the largest; 0 to compute the whole domain.
+    pub(crate) still: f64,
     /// Courant number.
     pub(crate) courant: f64,
     /// Longest substep \[s\].
@@ -75,6 +77,11 @@ pub(crate) fn schema() -> Value {
                 "Particles [1/s] that leave the body's shape, which is then a source of smoke; default 0, all at once"
             ),
             "inflow_velocity": vector("Velocity of the gas in the source [m/s]; without it, it moves freely"),
+            "still": number(
+                "minimum",
+                "Blocks of 8 cells whose gas moves less than this part of the largest speed, beside the air around, and \
+                 without smoke or solids, are not computed: a box follows the others; default 0, the whole domain is"
+            ),
             "courant": number("exclusiveMinimum", "Courant number; default 0.7"),
             "max_substep_s": number("exclusiveMinimum", "Longest substep [s]"),
             "divergence": number(
@@ -118,6 +125,7 @@ impl Params {
             confinement: number("vorticity_confinement", 0.0, 0.0)?,
             rate: number("inflow_rate", 0.0, 0.0)?,
             jet: vector(scene, "inflow_velocity")?,
+            still: number("still", 0.0, 0.0)?,
             courant: positive("courant", 0.7)?,
             most: positive("max_substep_s", f64::MAX)?,
             divergence: positive("divergence", 1e-4)?,

@@ -15,7 +15,7 @@ const CHUNK: usize = 1024;
 /// speed that it had there.
 pub(crate) fn drift(model: &Model, before: &Faces, after: &Faces, x: &mut [Vec3], now: f64, dt: f64, parallel: bool) {
     let grid = &model.grid;
-    let (low, high) = (grid.low, grid.high());
+    let (low, high) = (model.whole.grid.low, model.whole.grid.high());
     let born = model.born(now + dt);
     let one = |x: &mut Vec3| {
         let first = grid.velocity(before, *x);

@@ -10,6 +10,7 @@ use cosplat_core::plugin::{
 };
 use cosplat_core::visual::{VisualForm, VisualState};
 
+use crate::follow::{Part, follow};
 use crate::model::Model;
 use crate::params::schema;
 use crate::partner::{Masses, answer, hear, masses};
@@ -116,9 +117,11 @@ impl Plugin for Smoke {
             let what = format!("the smoke solver does not support: impulses at interface {}", input.interface);
             return Err(PluginError::Unsupported(what));
         }
+        let shown = follow(&mut run.model, &mut run.store, &mut run.scratch, inputs, step.start_s);
         let solids = hear(&run.model, &run.masses, inputs)?;
         let Run { model, store, scratch, pool, .. } = &mut *run;
-        let (start, length, books) = (step.start_s, step.length_s, Books::default());
+        let (start, length) = (step.start_s, step.length_s);
+        let books = Books { external: shown, ..Books::default() };
         let mut course = Course { model, store, scratch, solids, books, start, length };
         // A pulse belongs to the calling thread: only chunks of the grid go to the pool.
         course.run(pulse, pool.as_ref())?;
@@ -134,6 +137,7 @@ impl Plugin for Smoke {
 
     fn save(&self, sink: &mut dyn StateSink) {
         if let Stage::Busy(run) = &self.stage {
+            run.model.part.save(sink);
             run.store.save(sink);
         }
     }
@@ -141,10 +145,18 @@ impl Plugin for Smoke {
     fn restore(&mut self, state: &[u8]) -> Result<(), PluginError> {
         let run = self.stage.run()?;
         let mut reader = StateReader::new(state);
-        let store = run.as_ref().map(|run| run.store.load(&mut reader)).transpose()?;
-        reader.end()?;
-        if let (Some(run), Some(store)) = (run, store) {
-            run.store = store;
+        let Some(run) = run else { return Ok(reader.end()?) };
+        let part = Part::load(&mut reader, &Part::all(&run.model.whole.grid))?;
+        let now = run.model.part;
+        run.model.show(part);
+        let scratch = Scratch::new(&run.model.grid);
+        let blank = Store::new(&run.model.grid, scratch.pressures(), run.store.x.clone());
+        match blank.load(&mut reader).and_then(|store| reader.end().map(|()| store)) {
+            Ok(store) => (run.store, run.scratch) = (store, scratch),
+            Err(why) => {
+                run.model.show(now);
+                return Err(why.into());
+            }
         }
         Ok(())
     }
@@ -186,13 +198,14 @@ impl Run {
     fn outputs(&self, t: f64, solids: &Solids, books: Books) -> Outputs {
         let (body, energy) = state(&self.model, &self.store, t);
         let (impulses, interfaces) = answer(&self.model, solids);
-        let (low, high) = (self.model.grid.low, self.model.grid.high());
+        let (low, high) = (self.model.whole.grid.low, self.model.whole.grid.high());
         let is_out = |x: &&[f64; 3]| (0..3).any(|k| x[k] < low[k] || x[k] > high[k]);
         let unseen = solids.filled.iter().filter(|f| f.row.is_some() && f.faces.is_empty()).count();
         let counters = [
             ("pressure-iterations", books.iterations),
             ("solutions-above-tolerance", books.unfinished),
             ("largest-divergence-1e-6", (books.divergence * 1e6).round() as u64),
+            ("largest-cells-computed", self.model.grid.cells() as u64),
             ("largest-particles-outside", self.store.x.iter().filter(is_out).count() as u64),
             ("largest-rigid-partners-outside-or-thinner-than-a-cell", unseen as u64),
         ];

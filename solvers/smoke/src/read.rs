@@ -7,6 +7,7 @@ use cosplat_core::plugin::{Descriptor, PluginError, Refusals, SolverScene, ViewR
 use cosplat_core::scene::{ActionKind, Body, Material};
 
 use crate::fill::fill;
+use crate::follow::{BLOCK, Part, Whole};
 use crate::grid::{Grid, offset};
 use crate::model::{During, Face, Model, Partner};
 use crate::params::Params;
@@ -15,8 +16,6 @@ use crate::solids::{Filled, HEAVIEST, Kind, inside};
 use crate::step::{Scratch, begin};
 use crate::store::Store;
 
-/// Cells along an axis are a multiple of this, so that the multigrid has levels.
-const BLOCK: f64 = 8.0;
 /// Cells above which a domain is refused.
 const MOST_CELLS: f64 = 3e7;
 /// The seeds' substep \[s\], for which their viscosity, a share per step, is meant.
@@ -87,6 +86,8 @@ pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read,
         start,
         fixed: Vec::new(),
         source: Vec::new(),
+        part: Part::all(&grid),
+        whole: Whole { grid, fixed: Vec::new(), source: Vec::new() },
         partners: partners(scene, &mut refusals, grid.h),
         gravity: gravity(scene),
         wind: winds,
@@ -98,6 +99,7 @@ pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read,
     let mut scratch = Scratch::new(&model.grid);
     let mut store = Store::new(&model.grid, scratch.pressures(), model.start.clone());
     settle(body, &mut model, &mut store);
+    model.show(model.part);
     begin(&model, &mut store, &mut scratch);
     Ok((model, store, scratch, left_out))
 }
@@ -113,8 +115,9 @@ fn domain(params: &Params, body: &Body, spacing: f64, points: &[Vec3]) -> Result
         [[0, 1, 2].map(|k| low[k] - size[k]), [0, 1, 2].map(|k| high[k] + size[k])]
     });
     // A hair less, so that a domain of whole blocks is not made larger by rounding.
-    let blocks = [0, 1, 2].map(|k| ((high[k] - low[k]) / (BLOCK * h) - 1e-6).ceil().max(1.0));
-    let cells = blocks.iter().map(|b| b * BLOCK).product::<f64>();
+    let block = BLOCK as f64;
+    let blocks = [0, 1, 2].map(|k| ((high[k] - low[k]) / (block * h) - 1e-6).ceil().max(1.0));
+    let cells = blocks.iter().map(|b| b * block).product::<f64>();
     if !(h > 0.0 && cells.is_finite() && cells <= MOST_CELLS) {
         return Err(format!(
             "a domain of {cells:.3e} cells of {h} m around body `{}`, more than {MOST_CELLS:.0e}; a coarser `cell` \
@@ -122,7 +125,7 @@ fn domain(params: &Params, body: &Body, spacing: f64, points: &[Vec3]) -> Result
             body.name
         ));
     }
-    Ok(Grid::new(low, blocks.map(|b| (b * BLOCK) as usize), h))
+    Ok(Grid::new(low, blocks.map(|b| b as usize * BLOCK), h))
 }
 
 fn partners(scene: &SolverScene, refusals: &mut Refusals, h: f64) -> Vec<Face> {
@@ -190,7 +193,7 @@ fn walls(scene: &SolverScene, body: &Body, model: &mut Model, refusals: &mut Ref
             Ok(shape) => {
                 let ball = crate::solids::radius(&shape).map(|r| (wall.pose.position_m, r));
                 let faces = inside(&model.grid, &Placed::at(shape, &wall.pose), ball);
-                model.fixed.push(Filled { kind: Kind::Driven([0.0; 3]), faces, ratio: HEAVIEST, row: None });
+                model.whole.fixed.push(Filled { kind: Kind::Driven([0.0; 3]), faces, ratio: HEAVIEST, row: None });
             }
             Err(why) => refusals.push(format!("`{}` as a solid: {why}", wall.name)),
         }
@@ -229,7 +232,8 @@ fn settle(body: &Body, model: &mut Model, store: &mut Store) {
     if model.params.rate > 0.0 {
         let cells =
             (0..grid.n[2]).flat_map(|z| (0..grid.n[1]).flat_map(move |y| (0..grid.n[0]).map(move |x| [x, y, z])));
-        model.source = cells.map(|c| grid.at(c.map(|i| i as isize))).filter(|&at| store.c[at] > SOURCE).collect();
+        let cells = cells.map(|c| c.map(|i| i as isize));
+        model.whole.source = cells.filter(|&cell| store.c[grid.at(cell)] > SOURCE).collect();
         if let Some(jet) = model.params.jet {
             let mut faces = Vec::new();
             for (a, filled) in filled.iter().enumerate() {
@@ -239,7 +243,7 @@ fn settle(body: &Body, model: &mut Model, store: &mut Store) {
                     }
                 });
             }
-            model.fixed.push(Filled { kind: Kind::Driven(jet), faces, ratio: HEAVIEST, row: None });
+            model.whole.fixed.push(Filled { kind: Kind::Driven(jet), faces, ratio: HEAVIEST, row: None });
         }
     }
 }

@@ -3,7 +3,7 @@
 use cosplat_core::boundary::{Vec3, add, dot, norm, scale, sub};
 use cosplat_core::plugin::{BodyState, Energy};
 
-use crate::flux::momentum;
+use crate::flux::sums;
 use crate::model::Model;
 use crate::store::Store;
 
@@ -13,7 +13,7 @@ use crate::store::Store;
 /// has none of its own.
 pub(crate) fn state(model: &Model, store: &Store, t: f64) -> (BodyState, Energy) {
     let mass = model.cell_mass();
-    let (all, gross, squares) = momentum(&model.grid, model.sides, &store.u);
+    let (all, gross, squares) = sums(&model.grid, model.sides, &store.u);
     let count = store.x.len().max(1) as f64;
     let mean = |sum: Vec3| scale(sum, 1.0 / count);
     let place = mean(store.x.iter().fold([0.0; 3], |s, &x| add(s, x)));
@@ -42,5 +42,5 @@ pub(crate) fn state(model: &Model, store: &Store, t: f64) -> (BodyState, Energy)
             }
         }
     }
-    (body, Energy { kinetic_j: squares * mass, potential_j: potential, dissipated_j: 0.0 })
+    (body, Energy { kinetic_j: 0.5 * squares * mass, potential_j: potential, dissipated_j: 0.0 })
 }

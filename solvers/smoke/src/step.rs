@@ -1,10 +1,10 @@
 //! Substeps: their length, the sequence of passes, and the guard.
 
-use cosplat_core::boundary::{Vec3, Wrench, cross, norm, scale};
+use cosplat_core::boundary::{Vec3, Wrench, norm, scale};
 use cosplat_core::plugin::{PluginError, Pulse, Signal};
 
 use crate::confine::confine;
-use crate::flux::{Tensor, across_sides, add_tensor, visit};
+use crate::flux::{Tensor, across_sides, add_tensor, sums};
 use crate::grid::{Faces, Grid};
 use crate::march::{Parts, lifted, marched};
 use crate::model::Model;
@@ -12,7 +12,7 @@ use crate::multigrid::{Multigrid, Solved};
 use crate::particles::drift;
 use crate::project::Projection;
 use crate::scalar::{carry, mean};
-use crate::sides::{Sides, pad_field, pad_velocity};
+use crate::sides::{pad_field, pad_velocity};
 use crate::solids::Solids;
 use crate::store::Store;
 
@@ -122,22 +122,8 @@ pub(crate) fn stable(model: &Model, speeds: Vec3, gravity: Vec3) -> (f64, String
     best
 }
 
-/// Wrench of accelerations of the free faces, per mass of a cell.
-fn wrench(grid: &Grid, sides: Sides, f: &Faces) -> Wrench {
-    let mut sum = Wrench::default();
-    for (a, f) in f.iter().enumerate() {
-        visit(grid, sides, a, |cell, at| {
-            if f[at] != 0.0 {
-                let mut push = [0.0; 3];
-                push[a] = f[at];
-                sum = sum.plus(Wrench { linear: push, angular: cross(grid.face(a, cell), push) });
-            }
-        });
-    }
-    sum
-}
-
-fn scaled(w: Wrench, s: f64) -> Wrench {
+/// A wrench times a number.
+pub(crate) fn scaled(w: Wrench, s: f64) -> Wrench {
     Wrench { linear: scale(w.linear, s), angular: scale(w.angular, s) }
 }
 
@@ -237,7 +223,7 @@ impl Course<'_> {
 
         let mass = model.cell_mass();
         let convected = scaled(across_sides(grid, sides, tensor), mass * by);
-        let pushed = scaled(wrench(grid, sides, body), mass * dt);
+        let pushed = scaled(sums(grid, sides, body).0, mass * dt);
         let (solved, limit) = projection.solve(tolerance, &mut store.u, q, b, multigrid, Some(guess));
         store.pressure.iter_mut().zip(&*q).for_each(|(p, q)| *p = q / by);
         let walls = scaled(projection.of_walls(q), mass);
