@@ -3,7 +3,7 @@
 use cosplat_core::scene::Lame;
 
 use super::log::Log;
-use crate::math::{Sym, all, det_minus_one, ln_1p, square};
+use crate::math::{Sym, all, det_minus_one, ln_1p};
 use crate::real::{Lanes, Real};
 
 /// Lamé parameters, in all lanes.
