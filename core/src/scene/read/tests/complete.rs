@@ -56,11 +56,6 @@ material = { kind = "snow", density = 400, youngs_modulus = 1.4e5, poissons_rati
 box = { size = [1, 1, 1] }
 
 [[body]]
-name = "foam"
-material = { kind = "viscoplastic", density = 60, youngs_modulus = 1e5, poissons_ratio = 0.3, yield_stress = 900, consistency = 20 }
-box = { size = [1, 1, 1] }
-
-[[body]]
 name = "dust"
 material = { kind = "smoke", density = 1.2 }
 cloud = { count = 1000, size = [1, 1, 1] }
@@ -76,6 +71,11 @@ name = "pole"
 material = "rigid"
 mass = 3
 cylinder = [0.1, 2.0]
+
+[[body]]
+name = "foam"
+material = { kind = "viscoplastic", density = 60, youngs_modulus = 1e5, poissons_ratio = 0.3, yield_stress = 900, consistency = 20 }
+box = { size = [1, 1, 1] }
 
 [[static]]
 name = "floor"
@@ -156,7 +156,7 @@ fn every_key_is_read() {
     assert_eq!(scene.solvers["foreign"].params["nested"]["on"], true);
     assert_eq!(
         scene.bodies.iter().map(|b| b.solver.as_str()).collect::<Vec<_>>(),
-        ["mpm", "foreign", "pbd", "mpm", "mpm", "mpm", "smoke", "rigid", "rigid"]
+        ["mpm", "foreign", "pbd", "mpm", "mpm", "mpm", "smoke", "rigid", "rigid", "mpm"]
     );
     assert_eq!(scene.bodies[0].material.density(), Some(60.0));
     let [x, y, z, w] = scene.bodies[0].pose.orientation;
@@ -173,7 +173,7 @@ fn every_key_is_read() {
         panic!("snow")
     };
     assert_eq!((critical_compression, critical_stretch, hardening), (2.5e-2, 7.5e-3, 5.0));
-    let Material::Viscoplastic { hardening_pa, consistency_pa_sn, flow_index, .. } = scene.bodies[6].material else {
+    let Material::Viscoplastic { hardening_pa, consistency_pa_sn, flow_index, .. } = scene.bodies[9].material else {
         panic!("foam")
     };
     assert_eq!((hardening_pa, consistency_pa_sn, flow_index), (0.0, 20.0, 1.0));
