@@ -125,14 +125,17 @@ impl Sim {
         course.bonds = bonds;
     }
 
-    /// Pieces of cloth that touch.
+    /// Pieces of cloth that touch, in an order that does not depend on when they were looked for.
     fn pairs(&self, near: &Near, h: f64) -> Vec<Pair> {
         let (vertices, thickness) = (&self.vertices, self.setting.thickness);
-        if self.setting.parallel {
+        let mut pairs: Vec<Pair> = if self.setting.parallel {
             near.candidates().par_iter().filter_map(|c| c.touch(vertices, thickness, h)).collect()
         } else {
             near.candidates().iter().filter_map(|c| c.touch(vertices, thickness, h)).collect()
-        }
+        };
+        // The list may be older or younger in a run that was resumed.
+        pairs.sort_unstable_by_key(Pair::key);
+        pairs
     }
 
     /// How fast things move.

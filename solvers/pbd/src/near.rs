@@ -2,7 +2,7 @@
 //! for.
 //!
 //! Points of triangles belong to the state: where on a triangle they are depends on when they were looked for. Pieces of
-//! cloth do not: whatever more than those that touch is in the list, and it is sorted, what comes of it is the same.
+//! cloth do not: whatever more than those that touch is in the list, and in whatever order, what comes of it is the same.
 
 use cosplat_core::boundary::{Vec3, norm, sub};
 use cosplat_core::distance::{Placed, Shape};
@@ -21,7 +21,7 @@ use crate::vertex::Vertex;
 const ALLOWED: f64 = 0.3;
 const ALLOWED_SOLID: f64 = 0.1;
 /// Width of the patches within which cloth moves together, in shortest edges.
-const PATCH: f64 = 8.0;
+const PATCH: f64 = 4.0;
 /// Share of the thickness by which a face must be deeper than its corners to be met between them.
 const TOLERANCE: f64 = 0.1;
 
@@ -134,7 +134,7 @@ impl Near {
         let (setting, vertices) = (&sim.setting, &sim.vertices);
         let allowed = ALLOWED * setting.shortest;
         if self.own.moved.is_finite()
-            && self.own.moved + h * self.patches.speed(vertices) <= allowed
+            && self.patches.ahead(vertices, h) <= allowed
             && self.moved_far + h * speeds.own <= self.at_most
         {
             return;
@@ -142,7 +142,7 @@ impl Near {
         // What is touched in this substep must be within reach, however fast: so must the patches be wide.
         let fastest = 1.05 * setting.thickness + allowed + 2.0 * h * speeds.own;
         self.patches = Patches::new(vertices, (PATCH * setting.shortest).max(2.0 * fastest));
-        let closing = h * self.patches.speed(vertices);
+        let closing = self.patches.ahead(vertices, h);
         // Touching is also what may be closed by a push, `Candidate::touch`: a twentieth of the thickness more.
         let reach = 1.05 * setting.thickness + allowed.max(closing) + closing;
         let search = pieces::Search {
@@ -161,7 +161,7 @@ impl Near {
     pub(crate) fn age(&mut self, vertices: &[Vertex], speeds: Speeds, h: f64) {
         self.spots.moved += h * speeds.solid;
         if self.own.moved.is_finite() {
-            self.own.moved += h * self.patches.speed(vertices);
+            self.patches.age(vertices, h);
             self.moved_far += h * speeds.own;
         }
     }

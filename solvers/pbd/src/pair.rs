@@ -34,6 +34,11 @@ pub(crate) struct Pair {
 }
 
 impl Pair {
+    /// By what pairs are sorted: edges, which have two points with a positive share, then vertices, then by their ends.
+    pub(crate) fn key(&self) -> (bool, [u32; 4]) {
+        (self.share[1] <= 0.0, self.ends)
+    }
+
     /// How fast the sides separate \[m/s\].
     pub(crate) fn velocity(&self, vertices: &[Vertex]) -> Vec3 {
         self.ends.iter().zip(self.share).fold([0.0; 3], |sum, (&i, c)| add(sum, scale(vertices[i as usize].u, c)))

@@ -10,6 +10,9 @@ use crate::vertex::Vertex;
 /// Lowest and highest velocities \[m/s\].
 type Range = (Vec3, Vec3);
 
+/// Most cells for each vertex.
+const MOST_PER_VERTEX: f64 = 2.0;
+
 /// Of no vertex.
 const NONE: Range = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
 
@@ -20,6 +23,8 @@ pub(crate) struct Patches {
     pub(crate) side: f64,
     size: [usize; 3],
     cell: Vec<u32>,
+    /// How far vertices in and about each cell may have moved relative to each other since \[m\].
+    moved: Vec<f64>,
 }
 
 fn merge(a: Range, b: Range) -> Range {
@@ -27,7 +32,7 @@ fn merge(a: Range, b: Range) -> Range {
 }
 
 impl Patches {
-    /// Cells of at least `side` \[m\], no more of them than vertices.
+    /// Cells of at least `side` \[m\], no more than a few for each vertex.
     pub(crate) fn new(vertices: &[Vertex], side: f64) -> Self {
         if vertices.is_empty() {
             return Self::default();
@@ -35,7 +40,7 @@ impl Patches {
         let (low, high) = vertices.iter().fold(NONE, |all, v| merge(all, (v.x, v.x)));
         let cells = |side: f64| [0, 1, 2].map(|k| ((high[k] - low[k]) / side).floor() + 1.0);
         let mut side = side;
-        while cells(side).iter().product::<f64>() > vertices.len() as f64 {
+        while cells(side).iter().product::<f64>() > MOST_PER_VERTEX * vertices.len() as f64 {
             side *= 1.5;
         }
         let size = cells(side).map(|n| n as usize);
@@ -43,11 +48,22 @@ impl Patches {
             let [i, j, k] = [0, 1, 2].map(|k| (((v.x[k] - low[k]) / side) as usize).min(size[k] - 1));
             ((i * size[1] + j) * size[2] + k) as u32
         };
-        Self { side, size, cell: vertices.iter().map(cell).collect() }
+        Self { side, size, cell: vertices.iter().map(cell).collect(), moved: vec![0.0; size[0] * size[1] * size[2]] }
     }
 
-    /// Largest speed of two vertices in neighbouring cells relative to each other \[m/s\].
-    pub(crate) fn speed(&self, vertices: &[Vertex]) -> f64 {
+    /// Notes that vertices move for `h` \[s\].
+    pub(crate) fn age(&mut self, vertices: &[Vertex], h: f64) {
+        let speeds = self.speeds(vertices);
+        self.moved.iter_mut().zip(speeds).for_each(|(moved, speed)| *moved += h * speed);
+    }
+
+    /// How far any two vertices in neighbouring cells may have moved relative to each other, in another `h` \[s\] \[m\].
+    pub(crate) fn ahead(&self, vertices: &[Vertex], h: f64) -> f64 {
+        self.moved.iter().zip(self.speeds(vertices)).map(|(moved, speed)| moved + h * speed).fold(0.0, f64::max)
+    }
+
+    /// Largest speed relative to each other of two vertices in the cells about each \[m/s\].
+    fn speeds(&self, vertices: &[Vertex]) -> Vec<f64> {
         let [nx, ny, nz] = self.size;
         let mut ranges = vec![NONE; nx * ny * nz];
         for (v, &cell) in vertices.iter().zip(&self.cell) {
@@ -67,7 +83,7 @@ impl Patches {
                 }
             }
         }
-        ranges.iter().filter(|r| r.0[0] <= r.1[0]).map(|r| norm(sub(r.1, r.0))).fold(0.0, f64::max)
+        ranges.iter().map(|r| if r.0[0] <= r.1[0] { norm(sub(r.1, r.0)) } else { 0.0 }).collect()
     }
 }
 
@@ -82,7 +98,7 @@ mod tests {
             .map(|x| Vertex { x, u: [0.0, 0.0, 2.0 * x[0]], w: 1.0, mass: 1.0 })
             .collect();
         let patches = Patches::new(&vertices, 0.1);
-        let found = patches.speed(&vertices);
+        let found = patches.ahead(&vertices, 1.0);
         // A slope of 2 m/s a metre over three cells, not over the metre.
         assert!(found <= 2.0 * 3.0 * patches.side + 1e-12, "{found}");
         for a in &vertices {

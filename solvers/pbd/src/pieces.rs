@@ -39,7 +39,7 @@ struct Part {
 }
 
 impl Search<'_> {
-    /// All candidates, in a fixed order.
+    /// All candidates.
     pub(crate) fn run(&self) -> Vec<Candidate> {
         let tiles = &self.mesh.tiles;
         let flat = tiles.flat(self.mesh, self.vertices, self.reach);
@@ -49,7 +49,7 @@ impl Search<'_> {
             // Each two tiles are met once, from the one that comes first in the order of the cells.
             boxes.near(place, boxes.sorted[place], |b| {
                 if !tiles.share(&flat, a, b) {
-                    self.between([a, b], &mut found);
+                    self.between([a, b], &boxes.all, &mut found);
                 }
             });
             found
@@ -59,9 +59,7 @@ impl Search<'_> {
         } else {
             (0..tiles.all.len()).map(one).collect()
         };
-        let mut found = lists.concat();
-        found.sort_unstable_by_key(Candidate::key);
-        found
+        lists.concat()
     }
 
     fn x(&self, i: u32) -> Vec3 {
@@ -85,10 +83,10 @@ impl Search<'_> {
     }
 
     /// Candidates of two tiles, or of one with itself.
-    fn between(&self, [a, b]: [usize; 2], found: &mut Vec<Candidate>) {
+    fn between(&self, [a, b]: [usize; 2], boxes: &[Bounds], found: &mut Vec<Candidate>) {
         let [one, other] = [a, b].map(|n| &self.mesh.tiles.all[n]);
         let Some(friction) = self.friction(one, other) else { return };
-        let first = self.part(one, &self.around(other));
+        let first = self.part(one, &boxes[b]);
         if a == b {
             self.of_vertices(&first, &first, friction, found);
             for (i, e) in first.edges.iter().enumerate() {
@@ -96,7 +94,7 @@ impl Search<'_> {
             }
             return;
         }
-        let second = self.part(other, &self.around(one));
+        let second = self.part(other, &boxes[a]);
         self.of_vertices(&first, &second, friction, found);
         self.of_vertices(&second, &first, friction, found);
         for e in &first.edges {
@@ -196,8 +194,9 @@ fn close(a: &Bounds, b: &Bounds, reach: f64) -> bool {
     apart(0).max(apart(1)).max(apart(2)) <= reach
 }
 
-/// Boxes in the order of cells.
+/// Boxes in the given order and in that of cells.
 struct Boxes {
+    all: Vec<Bounds>,
     cells: Cells,
     sorted: Vec<Bounds>,
     /// Largest half extents \[m\].
@@ -213,7 +212,7 @@ impl Boxes {
         // Half of what is asked for about a box: finer cells hold less that is too far, but there are more of them.
         let cells = Cells::new(&centres, norm(largest) + 0.5 * reach);
         let sorted = cells.items().iter().map(|&i| all[i as usize]).collect();
-        Self { cells, sorted, largest, reach }
+        Self { all, cells, sorted, largest, reach }
     }
 
     /// Number in the given order of the one that comes at `place` in the order of the cells.

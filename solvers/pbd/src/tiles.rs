@@ -53,10 +53,12 @@ impl Cut {
         let low = points.iter().fold([f64::INFINITY; 3], |low, p| std::array::from_fn(|k| low[k].min(p[k])));
         let side = sheet.map_or([SIDE * spacing; 3], |[x, y]| [SIDE * x, SIDE * y, SIDE * spacing]);
         // In a lattice of right-angled triangles nothing is nearer than the shorter side but what lies on either side of
-        // a diagonal.
+        // a diagonal; in one of squares, up to 1 %, what is further than a side is a diagonal away.
         let least = sheet.map(|[x, y]| {
-            let found = [x * y / x.hypot(y), x.min(y)].into_iter().find(|d| d * (1.0 - 1e-9) > alone);
-            found.unwrap_or(alone)
+            let second = if (x - y).abs() < 0.01 * x { 0.98 * x.hypot(y) } else { 0.0 };
+            let all = [x * y / x.hypot(y), x.min(y), second];
+            let is_more = |d: &f64| d * (1.0 - 1e-9) > alone && (*d < second || alone > x.max(y));
+            all.into_iter().find(is_more).unwrap_or(alone)
         });
         Self { side, low, least }
     }

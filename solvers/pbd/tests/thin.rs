@@ -2,9 +2,9 @@
 
 mod common;
 
-use common::{Run, cloth, pair};
+use common::{Run, cloth, pair, pierced, squares};
 use cosplat_conformance::parts;
-use cosplat_core::boundary::{BoundaryState, SampleStatics, Samples, add, cross, dot, scale, sub};
+use cosplat_core::boundary::{BoundaryState, SampleStatics, Samples, add, scale};
 use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{Inputs, PartnerInput, PartnerSetup, Plugin, ViewRole};
 use cosplat_core::scene::{MotionRule, Source};
@@ -41,29 +41,6 @@ impl Leaf {
     }
 }
 
-/// Triangles of the cloth, diagonals alternating.
-fn triangles() -> Vec<[usize; 3]> {
-    let n = SQUARES;
-    let corners = |i: usize, j: usize| [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| j * (n + 1) + i);
-    let halves = |(i, j): (usize, usize)| match corners(i, j) {
-        [a, b, c, d] if (i + j) % 2 == 0 => [[a, b, c], [a, c, d]],
-        [a, b, c, d] => [[a, b, d], [b, c, d]],
-    };
-    (0..n).flat_map(|j| (0..n).map(move |i| (i, j))).flat_map(halves).collect()
-}
-
-/// Pieces of the leaf between two neighbours that go through a triangle of the cloth.
-fn pierced(leaf: &[[f64; 3]], edges: &[[usize; 2]], v: &[[f64; 3]], triangles: &[[usize; 3]]) -> usize {
-    let volume = |a: [f64; 3], b: [f64; 3], c: [f64; 3], p: [f64; 3]| dot(cross(sub(b, a), sub(c, a)), sub(p, a));
-    let crosses = |[p, q]: [[f64; 3]; 2], [a, b, c]: [[f64; 3]; 3]| {
-        let turns = [volume(p, q, a, b), volume(p, q, b, c), volume(p, q, c, a)];
-        volume(a, b, c, p) * volume(a, b, c, q) < 0.0
-            && (turns.iter().all(|s| *s > 0.0) || turns.iter().all(|s| *s < 0.0))
-    };
-    let all = edges.iter().map(|e| e.map(|i| leaf[i]));
-    all.map(|e| triangles.iter().filter(|t| crosses(e, t.map(|i| v[i]))).count()).sum()
-}
-
 /// Pushes a leaf into a cloth that is held at its corners, 5 cm from where it meets it, and looks every window.
 fn push(axes: [[f64; 3]; 2], from: f64, speed: f64) -> Run {
     let source = Source::Plane { size_m: Some([SPACING * SQUARES as f64; 2]) };
@@ -91,7 +68,7 @@ fn push(axes: [[f64; 3]; 2], from: f64, speed: f64) -> Run {
     };
     run.plugin.connect(&[PartnerSetup { interface: 1, statics }]).expect("a partner");
     let leaf = Leaf { axes, centre: [0.003, 0.002, from], velocity: [0.0, 0.0, speed] };
-    let (edges, triangles) = (Leaf::edges(), triangles());
+    let (edges, triangles) = (Leaf::edges(), squares(SQUARES));
     let mut gone = 0;
     for window in 0..windows {
         let t = WINDOW * window as f64;

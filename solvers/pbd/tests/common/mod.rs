@@ -1,7 +1,7 @@
 //! Scenes of one solver, and a run of windows with the books checked.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
-use cosplat_core::boundary::{ProxyRecord, Wrench, norm};
+use cosplat_core::boundary::{ProxyRecord, Wrench, cross, dot, norm, sub};
 use cosplat_core::plugin::{BodyState, Inputs, Outputs, Plugin, PluginError, Setup, SolverScene, Steady, Step};
 use cosplat_core::scene::{ContactLaw, Material, PairSpec, Pose, Source, StaticCollider, Wall};
 use cosplat_core::time::Span;
@@ -119,4 +119,26 @@ impl Run {
         self.plugin.save(&mut bytes);
         bytes
     }
+}
+
+/// Triangles of a sheet of `n` by `n` squares, diagonals alternating.
+pub(crate) fn squares(n: usize) -> Vec<[usize; 3]> {
+    let corners = |i: usize, j: usize| [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| j * (n + 1) + i);
+    let halves = |(i, j): (usize, usize)| match corners(i, j) {
+        [a, b, c, d] if (i + j) % 2 == 0 => [[a, b, c], [a, c, d]],
+        [a, b, c, d] => [[a, b, d], [b, c, d]],
+    };
+    (0..n).flat_map(|j| (0..n).map(move |i| (i, j))).flat_map(halves).collect()
+}
+
+/// Pieces of a leaf between two neighbours that go through a triangle of a cloth.
+pub(crate) fn pierced(leaf: &[[f64; 3]], edges: &[[usize; 2]], v: &[[f64; 3]], triangles: &[[usize; 3]]) -> usize {
+    let volume = |a: [f64; 3], b: [f64; 3], c: [f64; 3], p: [f64; 3]| dot(cross(sub(b, a), sub(c, a)), sub(p, a));
+    let crosses = |[p, q]: [[f64; 3]; 2], [a, b, c]: [[f64; 3]; 3]| {
+        let turns = [volume(p, q, a, b), volume(p, q, b, c), volume(p, q, c, a)];
+        volume(a, b, c, p) * volume(a, b, c, q) < 0.0
+            && (turns.iter().all(|s| *s > 0.0) || turns.iter().all(|s| *s < 0.0))
+    };
+    let all = edges.iter().map(|e| e.map(|i| leaf[i]));
+    all.map(|e| triangles.iter().filter(|t| crosses(e, t.map(|i| v[i]))).count()).sum()
 }
