@@ -90,8 +90,8 @@ pub struct Interface {
     pub scheme: Scheme,
     /// How the partner moves inside a window.
     pub rule: MotionRule,
-    /// Impulses are taken at once at the start of the window, not spread over it: so a resolver that stops what it meets
-    /// never makes energy, however fast that vibrates inside a window.
+    /// Impulses are taken at once at the start of the window, not spread over it: so a resolver that stops what it
+    /// meets never makes energy, however fast that vibrates inside a window.
     #[serde(default)]
     pub at_once: bool,
     /// Contact and centred link: the resolver. Other links: the side that goes first (in even windows).

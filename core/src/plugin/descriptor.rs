@@ -29,8 +29,8 @@ pub struct Descriptor {
     /// Form in which it shows them for pictures and files, if it does.
     #[serde(default)]
     pub visual: Option<VisualForm>,
-    /// Scene features it takes beside bodies: `joints`, `links`, `statics`, `prescribed`, `slab`, and actions by kind. With
-    /// `sudden-impulses` samples take the impulses that it resolves at once, at the start of a window.
+    /// Scene features it takes beside bodies: `joints`, `links`, `statics`, `prescribed`, `slab`, and actions by kind.
+    /// With `sudden-impulses` samples take the impulses that it resolves at once, at the start of a window.
     pub features: Vec<String>,
     /// Probes it can answer beside those made from body states.
     pub probes: Vec<ProbeQuantity>,

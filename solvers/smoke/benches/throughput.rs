@@ -2,16 +2,17 @@
 //!
 //! What bounds it (two cores at about 2.6 GHz, 7 to 8 GB/s each under load, two lanes of double precision):
 //! - memory, one sweep of the cycle over a cell, in single precision: the unknown read and the next one written, three
-//!   weights, the right side and the inverse: 28 B. An iteration of conjugate gradients has four sweeps and a residual on
-//!   the finest level, a seventh of that on the others, and 60 B for restriction, correction and what goes in and out:
-//!   210 B; in double precision, a product (40 B) and four vectors twice: 110 B. 6.5 iterations in two solutions: 2.1 kB.
+//!   weights, the right side and the inverse: 28 B. An iteration of conjugate gradients has four sweeps and a residual
+//!   on the finest level, a seventh of that on the others, and 60 B for restriction, correction and what goes in and
+//!   out: 210 B; in double precision, a product (40 B) and four vectors twice: 110 B. 6.5 iterations in two solutions:
+//!   2.1 kB.
 //! - memory, the rest of a substep: six entries of the stress twice with three components each, three components and a
 //!   concentration read and written about four times: about 1.2 kB.
-//! - arithmetic: about 400 operations of two lanes for the stress and the concentration, 6.5 x 110 of four lanes and 6.5
-//!   x 30 of two for the solutions: 480 cycles, 180 ns.
+//! - arithmetic: about 400 operations of two lanes for the stress and the concentration, 6.5 x 110 of four lanes and
+//!   6.5 x 30 of two for the solutions: 480 cycles, 180 ns.
 //!
-//! So 3.3 kB, 0.45 μs a cell and core where memory binds: 2 M cell-substeps a second on one core, 4 M on two. Particles:
-//! 48 loads of faces that lie near, 150 operations: 10 M/s a core.
+//! So 3.3 kB, 0.45 μs a cell and core where memory binds: 2 M cell-substeps a second on one core, 4 M on two.
+//! Particles: 48 loads of faces that lie near, 150 operations: 10 M/s a core.
 //!
 //! Run with `cargo bench -p cosplat-smoke`.
 

@@ -1,9 +1,9 @@
 //! The part of the domain that is computed: a box of blocks of 8 cells around smoke, solids and gas that moves.
 //!
 //! Beyond it air is as it is around: a side of the box that is not one of the domain is an open one, or an inlet of the
-//! wind. The box follows at the start of a window, once it lacks a block or has two too many, and what comes into view or
-//! leaves it is booked as external. What is neglected is the flow outside, less than `still` of the largest speed; for a
-//! puff it falls as the third power of the distance, for a jet or a plume as the first.
+//! wind. The box follows at the start of a window, once it lacks a block or has two too many, and what comes into view
+//! or leaves it is booked as external. What is neglected is the flow outside, less than `still` of the largest speed;
+//! for a puff it falls as the third power of the distance, for a jet or a plume as the first.
 
 use cosplat_core::boundary::{BoundaryState, Vec3, Wrench, add, sub};
 use cosplat_core::plugin::{Inputs, StateError, StateReader, StateSink};

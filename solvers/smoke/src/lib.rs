@@ -1,8 +1,8 @@
 //! Smoke: particles that an incompressible gas carries past walls, rigid bodies and bodies that show samples, in double
 //! precision.
 //!
-//! The gas fills the whole domain (`low`, `high`), a staggered grid of cells (`grid`), or the part of it where something
-//! happens (`still`; `follow`). One substep:
+//! The gas fills the whole domain (`low`, `high`), a staggered grid of cells (`grid`), or the part of it where
+//! something happens (`still`; `follow`). One substep:
 //! 1. momentum and the concentration of smoke cross faces of cells (`flux`, `scalar`) and buoyancy acts (Boussinesq),
 //!    by Heun's rule;
 //! 2. projections take the divergence out of its first guess and of its result (`project`, `multigrid`), with solids as

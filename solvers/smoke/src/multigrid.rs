@@ -1,5 +1,5 @@
-//! Poisson's equation for the pressure (`matrix`), in double precision: conjugate gradients, preconditioned by one V-cycle
-//! of multigrid (`cycle`).
+//! Poisson's equation for the pressure (`matrix`), in double precision: conjugate gradients, preconditioned by one
+//! V-cycle of multigrid (`cycle`).
 //!
 //! `k` is 0 at closed sides, and outside of open ones the unknown is 0. All passes go plane by plane; what is summed is
 //! summed in a plane and then over the planes, in a fixed order.
@@ -94,8 +94,8 @@ impl Multigrid {
         most.into_iter().fold(0.0, larger)
     }
 
-    /// Runs the cycle for `r` as parts of `size`, the largest of it; `r` times its result, which is `size` times what the
-    /// finest level holds then.
+    /// Runs the cycle for `r` as parts of `size`, the largest of it; `r` times its result, which is `size` times what
+    /// the finest level holds then.
     fn guide(&mut self, size: f64, parallel: bool) -> f64 {
         let (m, r, by) = (&self.matrix, &self.r, 1.0 / size);
         let Some(finest) = self.levels.first_mut() else { return 0.0 };

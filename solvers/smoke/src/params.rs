@@ -79,7 +79,7 @@ pub(crate) fn schema() -> Value {
             "inflow_velocity": vector("Velocity of the gas in the source [m/s]; without it, it moves freely"),
             "still": number(
                 "minimum",
-                "Blocks of 8 cells whose gas moves less than this part of the largest speed, beside the air around, and \
+                "Blocks of 8 cells whose gas moves less than this part of the largest speed beside the air around, and \
                  without smoke or solids, are not computed: a box follows the others; default 0, the whole domain is"
             ),
             "courant": number("exclusiveMinimum", "Courant number; default 0.7"),

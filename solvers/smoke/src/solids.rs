@@ -17,8 +17,8 @@ use crate::plugs::Plugs;
 use crate::proxy::Proxy;
 use crate::sides::{Sides, free};
 
-/// Mass of a solid over that of the gas beyond which it is not told apart from a heavier one: it lets a thousandth through.
-/// More would cost digits of the pressure where a wind blows into a wall.
+/// Mass of a solid over that of the gas beyond which it is not told apart from a heavier one: it lets a thousandth
+/// through. More would cost digits of the pressure where a wind blows into a wall.
 pub(crate) const HEAVIEST: f64 = 1e3;
 
 /// A face inside a solid: component and cell.

@@ -16,8 +16,8 @@ const SWING: f64 = 4.5;
 /// Windows.
 const COUNT: u32 = 40;
 
-/// A sheet of 0.06 kg/m² in gas at rest, each of its samples on a spring of its own, that begins with 0.3 m/s: its energy
-/// at the start and at the end, and the largest energy that the exchange made in a window \[J\].
+/// A sheet of 0.06 kg/m² in gas at rest, each of its samples on a spring of its own, that begins with 0.3 m/s: its
+/// energy at the start and at the end, and the largest energy that the exchange made in a window \[J\].
 fn vibrates(at_once: bool) -> ([f64; 2], f64) {
     let params = json!({ "low": [-0.4, -0.4, -0.4], "high": [0.4, 0.4, 0.4], "cell": 0.025 });
     let mut start = scene(ball(1.204, 0.1, [-0.2, 0.0, 0.0], 0.0125), Vec::new(), WINDOW, &params);
