@@ -1,7 +1,5 @@
-//! The shipped capture against stored pictures of an independent renderer, splat-transform 2.7.1 (PlayCanvas, MIT), drawn by
+//! The shipped capture against stored pictures of an independent renderer, splat-transform 2.7.1 (`PlayCanvas`, MIT), drawn by
 //! `tests/reference/render.sh`. `COSPLAT_REFERENCE` names a folder with pictures that were drawn anew.
-
-mod common;
 
 use std::fs::File;
 use std::io::BufReader;

@@ -140,7 +140,7 @@ fn a_mesh_becomes_surfels_with_its_edges() {
 fn surfels_of_vertices_and_triangles_follow_particles_that_are_neither() {
     let (light, world) = (Light::default(), OutputFrame::world());
     let (positions, cloth) = sheet(9, 0.01, 1.0);
-    let pose = Frame::of_pose([0.1, -0.2, 0.3], [0.0, 0.0, 0.38268343, 0.92387953]).unwrap();
+    let pose = Frame::of_pose([0.1, -0.2, 0.3], [0.0, 0.0, 0.382_683_43, 0.923_879_53]).unwrap();
     let around: Vec<[f64; 3]> = (0..6 * 6 * 4)
         .map(|i| {
             [0.018 * f64::from(i % 6) - 0.005, 0.018 * f64::from(i / 6 % 6) - 0.005, 0.01 * f64::from(i / 36) - 0.015]
@@ -198,9 +198,9 @@ fn samples_take_the_colours_of_the_vertices_around_them() {
     let mut samples = grained(&[[0.25, 0.5, 0.0], [1.0, 1.0, 0.1]], &[[0.0, 0.0, 1.0]; 2], &[1e-2; 2], [0.5; 3], 0.0);
     colour_by_vertices(&mut samples, &positions, &cloth.triangles, &linear).unwrap();
     for (sample, wanted) in samples.iter().zip([[0.25, 0.5, 0.25], [1.0, 1.0, 0.25]]) {
-        for k in 0..3 {
+        for (found, wanted) in sample.colour.into_iter().zip(wanted) {
             // A linear colour is reproduced by linear interpolation, to single precision.
-            assert!((linear_of_display(f64::from(sample.colour[k])) - wanted[k]).abs() < 1e-6);
+            assert!((linear_of_display(f64::from(found)) - wanted).abs() < 1e-6);
         }
     }
     assert!(colour_by_vertices(&mut samples, &positions, &cloth.triangles, &linear[1..]).is_err());

@@ -59,10 +59,9 @@ impl Sequence {
             self.first = Some(First::new(as_stored(&decoded.splats), &bytes));
         }
         let ending = |number: u64| match self.form {
-            SplatForm::Ply => "ply",
             SplatForm::Spz => "spz",
             SplatForm::Compact if self.folder.join(splats(number, ENDING)).is_file() => ENDING,
-            SplatForm::Compact => "ply",
+            SplatForm::Compact | SplatForm::Ply => "ply",
         };
         Ok((0..taken).map(|number| splats(number, ending(number))).collect())
     }

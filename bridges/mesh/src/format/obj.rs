@@ -1,6 +1,6 @@
 //! Wavefront OBJ: the vertices and faces of a file.
 //!
-//! Colours behind the coordinates of vertices (`v x y z r g b`, display values from 0 to 1, as MeshLab and ZBrush write
+//! Colours behind the coordinates of vertices (`v x y z r g b`, display values from 0 to 1, as `MeshLab` and `ZBrush` write
 //! them) are taken where every vertex has one. Keywords that say nothing about the shape (texture, normals, groups, materials) are passed over. Everything is read
 //! in double precision, and a fault has the number of its line.
 

@@ -86,11 +86,15 @@ impl Column {
         }
         if own.len() < now.len() {
             let mut mask = vec![0_u8; now.len().div_ceil(8)];
-            own.iter().for_each(|i| mask[i / 8] |= 1 << (i % 8));
+            for i in &own {
+                mask[i / 8] |= 1 << (i % 8);
+            }
             out.extend(mask);
         }
         let mut rows = Vec::with_capacity(own.len() * self.width);
-        own.iter().for_each(|&i| (self.write)(now, i, &mut rows));
+        for &i in &own {
+            (self.write)(now, i, &mut rows);
+        }
         out.extend((0..self.width).flat_map(|k| rows.iter().skip(k).step_by(self.width)));
         out
     }
@@ -148,7 +152,7 @@ fn pack_quaternion(q: [f32; 4]) -> u64 {
     // q and −q are the same rotation: the component that is left out is taken as positive.
     let sign = unit[largest].signum();
     (0..4).filter(|&i| i != largest).fold(largest as u64, |packed, i| {
-        let part = (sign * unit[i] * std::f64::consts::SQRT_2 + 1.0) / 2.0;
+        let part = f64::midpoint(sign * unit[i] * std::f64::consts::SQRT_2, 1.0);
         packed << 15 | (part * STEPS).round().clamp(0.0, STEPS) as u64
     })
 }

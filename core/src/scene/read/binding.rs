@@ -39,7 +39,8 @@ pub(super) fn binding(fields: &Fields<'_>) -> Option<BindingSpec> {
 pub(super) fn check(fields: &Fields<'_>, binding: Option<BindingSpec>, source: &Source) {
     let (Some(binding), Some(at)) = (binding, fields.get("binding")) else { return };
     let (is_capture, is_mesh) = (matches!(source, Source::Splat { .. }), matches!(source, Source::Mesh { .. }));
-    if if binding.kind.is_of_mesh() { is_mesh } else { is_capture } {
+    let fits = if binding.kind.is_of_mesh() { is_mesh } else { is_capture };
+    if fits {
         return;
     }
     let (message, help) = match (is_capture, is_mesh) {

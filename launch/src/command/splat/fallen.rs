@@ -8,6 +8,7 @@ use cosplat_viewer::{Camera, Options, Picture, png, render};
 
 use super::drop::{Conditions, Fall, MOMENTS, SHOWN};
 use super::look::borrowed;
+use super::statistics::Extent;
 use crate::page::{self, Chart, Line};
 
 /// Side of a picture.
@@ -67,15 +68,11 @@ pub(super) fn page(
 
 /// A row a way, a column a moment, all by one camera from the front.
 fn drawn(falls: &[Fall]) -> Result<Picture, String> {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for splats in falls.iter().flat_map(|f| &f.shown) {
-        for i in (0..splats.len()).filter(|&i| splats.opacity(i) >= cosplat_splat::stage::VISIBLE) {
-            for k in 0..3 {
-                let x = f64::from(splats.positions[i][k]);
-                (low[k], high[k]) = (low[k].min(x), high[k].max(x));
-            }
-        }
-    }
+    let seen: Vec<Extent> = falls.iter().flat_map(|f| &f.shown).filter_map(Extent::visible).collect();
+    let [low, high] = [
+        [0, 1, 2].map(|k| seen.iter().map(|e| e.low[k]).fold(f64::INFINITY, f64::min)),
+        [0, 1, 2].map(|k| seen.iter().map(|e| e.high[k]).fold(f64::NEG_INFINITY, f64::max)),
+    ];
     let target = [0, 1, 2].map(|k| f64::midpoint(low[k], high[k]));
     let size = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
     let away = MARGIN * size / 2.0 / (FIELD_OF_VIEW_DEG.to_radians() / 2.0).tan() + (high[1] - low[1]) / 2.0;

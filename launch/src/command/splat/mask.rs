@@ -112,14 +112,16 @@ impl File {
             }
             Self::Trained { position, rotation, width: w, height: h, fx, fy, .. } => {
                 let numbers = rotation.iter().flatten().chain(&position).chain([&fx, &fy]);
-                if !numbers.into_iter().all(|v| v.is_finite()) || !(fx > 0.0 && (fx / fy - 1.0).abs() < SQUARE) {
+                let are_square = fx > 0.0 && (fx / fy - 1.0).abs() < SQUARE;
+                if !(are_square && numbers.into_iter().all(|v| v.is_finite())) {
                     return Err(format!(
                         "its focal lengths {fx} and {fy} are not those of square pixels, or a number is none"
                     ));
                 }
                 // A smaller copy of the picture has the same camera.
                 let [across, down] = [width as f64 / w as f64, height as f64 / h as f64];
-                if !((across / down - 1.0).abs() < SQUARE) {
+                let is_copy = (across / down - 1.0).abs() < SQUARE;
+                if !is_copy {
                     return Err(format!("the mask has {width} x {height} pixels and the camera {w} x {h}"));
                 }
                 let rows = [0, 1, 2].map(|axis| rotation.map(|row| row[axis]));
