@@ -129,7 +129,7 @@ impl Refusals {
             ActionKind::Impulse { impulse_n_s, at_m } => {
                 Some(InfluenceKind::Kick(impulse_n_s.into(), at_m.map(V3::from)))
             }
-            ActionKind::Wind { .. } => None,
+            ActionKind::Wind { .. } | ActionKind::Inflow { .. } | ActionKind::Drain { .. } => None,
         }
     }
 }

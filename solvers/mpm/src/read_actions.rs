@@ -30,6 +30,7 @@ pub(crate) fn actions(scene: &SolverScene, shown: &[Shown], refused: &mut Vec<St
             ActionKind::PointForce { force_n, at_m: None } => each(&|per| Influence::Uniform(scale(force_n, per))),
             ActionKind::Impulse { impulse_n_s, at_m: None } => each(&|per| Influence::Kick(scale(impulse_n_s, per))),
             ActionKind::Wind { .. } => refused.push("wind".into()),
+            ActionKind::Inflow { .. } | ActionKind::Drain { .. } => refused.push("inflows and drains".into()),
             ActionKind::PointForce { .. } => refused.push("point forces beside the centre of mass (`at_m`)".into()),
             ActionKind::Impulse { .. } => refused.push("impulses beside the centre of mass (`at_m`)".into()),
         }

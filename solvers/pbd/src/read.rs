@@ -236,6 +236,7 @@ impl Reader<'_> {
                 }
                 ActionKind::PointForce { .. } => self.refused.push("point forces beside the centre of mass (`at_m`)"),
                 ActionKind::Impulse { .. } => self.refused.push("impulses beside the centre of mass (`at_m`)"),
+                ActionKind::Inflow { .. } | ActionKind::Drain { .. } => self.refused.push("inflows and drains"),
             }
         }
         list

@@ -11,6 +11,7 @@ use cosplat_core::boundary::{Vec3, Wrench, add, cross, dot, scale};
 use wide::f64x4;
 
 use crate::cohesion;
+use crate::gates::is_here;
 use crate::kernel::Kernel;
 use crate::lanes::{Four, LANES, Pack, gather};
 use crate::model::{Liquid, Model};
@@ -137,7 +138,7 @@ impl Pass<'_> {
                     sums.walls = sums.walls.plus(Wrench { linear: by_statics, angular: cross(own.x, by_statics) });
                     force = add(force, add(by_statics, by_partners));
                 }
-                let g = self.gravity[body];
+                let g = if is_here(store.rho[i]) { self.gravity[body] } else { [0.0; 3] };
                 *acceleration = add(scale(force, 1.0 / mass), g);
                 sums.lost += lost;
                 sums.acceleration = largest(dot(*acceleration, *acceleration), sums.acceleration);

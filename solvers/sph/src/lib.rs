@@ -28,6 +28,8 @@
 //! that shows samples has one layer, or two where its samples have volume and normals; samples farther apart than one and
 //! a half spacings are refused.
 //!
+//! A weakly compressible liquid enters and leaves through inflows and drains (`gates`).
+//!
 //! Spray that is thrown faster than sound is put aside (`aside`), up to a hundredth of a body, and counted.
 //!
 //! Viscosity is explicit, or implicit (`thick`) where it would bind the substep and no partner has friction. Surface
@@ -45,6 +47,7 @@ mod cohesion;
 mod fill;
 mod force;
 mod frame;
+mod gates;
 mod grid;
 mod incompressible;
 mod kernel;

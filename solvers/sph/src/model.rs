@@ -5,6 +5,7 @@ use cosplat_core::distance::{Placed, Shape, SignedDistance};
 use cosplat_core::plan::InterfaceId;
 
 use crate::frame::Frame;
+use crate::gates::{Drain, Inflow};
 use crate::kernel::Kernel;
 use crate::params::Params;
 use crate::shell::Piece;
@@ -97,6 +98,9 @@ pub(crate) struct Model {
     pub(crate) interfaces: Vec<InterfaceId>,
     /// Gravity.
     pub(crate) gravity: Vec<Gravity>,
+    /// Where liquid enters and leaves.
+    pub(crate) inflows: Vec<Inflow>,
+    pub(crate) drains: Vec<Drain>,
     /// Kernel.
     pub(crate) kernel: Kernel,
     /// Distance of particles at rest \[m\].

@@ -41,7 +41,7 @@ impl Plugin for Sph {
             roles: vec![InterfaceRole::ResolveSamples, InterfaceRole::ResolveProxy],
             boundary: BoundaryForm::SamplesF32 { normals: false },
             visual: Some(VisualForm::Particles { gradients: false }),
-            features: ["statics", "height-fields", "gravity"].map(String::from).into(),
+            features: ["statics", "height-fields", "gravity", "inflow", "drain"].map(String::from).into(),
             params_schema: schema(),
             ..Descriptor::new("sph", env!("CARGO_PKG_VERSION"), "Liquids as smoothed particles")
         }
@@ -173,6 +173,8 @@ impl Run {
             ("largest-boundary-particles", books.boundary),
             ("sorts", books.sorts),
             ("quarantined-particles", books.aside),
+            ("admitted-particles", books.entered),
+            ("drained-particles", books.drained),
         ];
         let report = Report {
             substeps: books.substeps,

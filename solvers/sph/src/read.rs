@@ -11,6 +11,7 @@ use cosplat_core::scene::{ActionKind, Body, Material, PairSpec, Source, StaticCo
 use crate::cohesion;
 use crate::fill::{fill, spacing};
 use crate::frame::Frame;
+use crate::gates::{Drain, Inflow, layer};
 use crate::kernel::Kernel;
 use crate::model::{Face, Gravity, Liquid, Model, Solid};
 use crate::params::{Params, Pressure, rough};
@@ -28,6 +29,9 @@ const MOST_PRESSED: f64 = 0.1;
 const PAYS: f64 = 4.0;
 /// Distance from a static solid, in spacings, below which a particle is left out at the start: at rest it is half.
 const TOO_NEAR: f64 = 0.25;
+
+/// Particles through an inflow above which it is refused.
+const MOST_ENTERING: f64 = 3e6;
 
 /// A model, its particles at t = 0, and what was left out.
 pub(crate) type Read = (Model, Store, Vec<LeftOut>);
@@ -58,6 +62,8 @@ pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read,
         faces: Vec::new(),
         interfaces: scene.interfaces.iter().map(|v| v.id).collect(),
         gravity: Vec::new(),
+        inflows: Vec::new(),
+        drains: Vec::new(),
         kernel: Kernel::new(spacing),
         spacing,
         params,
@@ -73,10 +79,15 @@ pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read,
     reader.pairs();
     reader.partners();
     reader.gravity();
+    reader.drains();
     reader.viscosity();
     reader.refusals.finish()?;
     let Reader { model, left_out, velocity, .. } = reader;
-    let rho = model.body.iter().map(|&b| model.liquids[b as usize].rho).collect();
+    let mut rho: Vec<f64> = model.body.iter().map(|&b| model.liquids[b as usize].rho).collect();
+    for inflow in &model.inflows {
+        rho[inflow.ids.clone()].fill(0.0);
+    }
+    let entered = vec![0; model.inflows.len()];
     let id = (0..model.mass.len() as u32).collect();
     let warm = vec![0.0; if params.pressure == Pressure::Incompressible { model.mass.len() } else { 0 }];
     let store = Store {
@@ -87,6 +98,7 @@ pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read,
         warm,
         acceleration: 0.0,
         dissipated: 0.0,
+        entered,
         listed: Listed::default(),
     };
     Ok((model, store, left_out))
@@ -195,6 +207,7 @@ impl Reader<'_> {
             self.velocity.push(body.velocity.at(x, centre));
         }
         let end = self.model.mass.len();
+        self.inflows(index, body, rho);
         let lost = points.len() - (end - first);
         if lost > 0 {
             let what = format!("{lost} of {} particles of `{}`", points.len(), body.name);
@@ -217,7 +230,7 @@ impl Reader<'_> {
             thickness: 0.0,
             cohesion: cohesion::factor(tension, all / points.len().max(1) as f64, &self.model.kernel),
             tension,
-            ids: first..end,
+            ids: first..self.model.mass.len(),
             coupled: self.scene.is_coupled(&body.name),
         });
         if artificial > viscosity_pa_s {
@@ -278,6 +291,52 @@ impl Reader<'_> {
         let pays = before * PAYS < after && !rough(self.scene);
         if !self.model.params.implicit.unwrap_or(pays) {
             self.model.liquids = as_explicit;
+        }
+    }
+
+    /// Particles that will enter a body: they wait in their openings.
+    fn inflows(&mut self, index: usize, body: &Body, rho: f64) {
+        for action in self.scene.actions.iter().filter(|a| a.bodies.contains(&body.name)) {
+            let ActionKind::Inflow { center_m, velocity_m_s, opening } = action.kind else { continue };
+            let places = layer(opening, center_m, velocity_m_s, self.model.spacing);
+            let clock = &self.scene.clock;
+            let end = clock.seconds(clock.start_of(clock.windows));
+            let inflow = Inflow {
+                ids: self.model.mass.len()..self.model.mass.len(),
+                layer: places.len(),
+                velocity: velocity_m_s,
+                from: action.from_s,
+                every: self.model.spacing / norm(velocity_m_s),
+            };
+            let layers = inflow.layers(action.until_s.unwrap_or(end).min(end));
+            if layers * places.len() as f64 > MOST_ENTERING {
+                self.refusals.push(format!(
+                    "more than {MOST_ENTERING} particles through an inflow (`{}`); a coarser spacing or an earlier `until` \
+                     helps",
+                    body.name
+                ));
+                continue;
+            }
+            for &x in (0..layers as usize).flat_map(|_| &places) {
+                self.model.body.push(index as u32);
+                self.model.mass.push(rho * self.model.spacing.powi(3));
+                self.model.start.push(x);
+                self.velocity.push([0.0; 3]);
+            }
+            self.model.inflows.push(Inflow { ids: inflow.ids.start..self.model.mass.len(), ..inflow });
+        }
+    }
+
+    fn drains(&mut self) {
+        for action in &self.scene.actions {
+            let ActionKind::Drain { center_m: center, size_m } = action.kind else { continue };
+            let acts = self.scene.bodies.iter().map(|b| action.bodies.contains(&b.name)).collect();
+            let until = action.until_s.unwrap_or(f64::INFINITY);
+            self.model.drains.push(Drain { acts, center, half: scale(size_m, 0.5), from: action.from_s, until });
+        }
+        let gated = !self.model.inflows.is_empty() || !self.model.drains.is_empty();
+        if gated && self.model.params.pressure == Pressure::Incompressible {
+            self.refusals.push("inflows and drains of an incompressible liquid; use pressure = \"wcsph\"");
         }
     }
 

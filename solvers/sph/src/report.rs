@@ -5,6 +5,7 @@ use cosplat_core::plugin::{BodyState, Energy};
 
 use crate::cohesion;
 use crate::force::stored;
+use crate::gates::is_here;
 use crate::model::Model;
 use crate::params::Pressure;
 use crate::store::Store;
@@ -18,7 +19,7 @@ pub(crate) fn states(model: &Model, store: &Store, t: f64) -> (Vec<BodyState>, E
     let mut bodies = vec![at_rest; model.liquids.len()];
     let mut energy =
         Energy { dissipated_j: store.dissipated, potential_j: cohesion::energy(model, store), ..Energy::default() };
-    for i in 0..store.len() {
+    for i in (0..store.len()).filter(|&i| is_here(store.rho[i])) {
         let id = store.id[i] as usize;
         let (b, mass, x, v) = (model.body[id] as usize, model.mass[id], store.x[i], store.v[i]);
         let (body, liquid) = (&mut bodies[b], &model.liquids[b]);
@@ -37,7 +38,7 @@ pub(crate) fn states(model: &Model, store: &Store, t: f64) -> (Vec<BodyState>, E
         }
     }
     for body in &mut bodies {
-        let one = 1.0 / body.mass_kg;
+        let one = if body.mass_kg > 0.0 { 1.0 / body.mass_kg } else { 0.0 };
         body.position_m = scale(body.position_m, one);
         body.linear_velocity_m_s = scale(body.momentum.linear, one);
     }
@@ -54,7 +55,7 @@ pub(crate) fn quality(model: &Model, store: &Store) -> (u64, u64) {
     for (&id, (&x, &rho)) in store.id.iter().zip(store.x.iter().zip(&store.rho)) {
         let liquid = &model.liquids[model.body[id as usize] as usize];
         most = most.max(rho / liquid.rho - 1.0);
-        strayed += u64::from(norm(sub(x, middle)) > far);
+        strayed += u64::from(is_here(rho) && norm(sub(x, middle)) > far);
     }
     ((most * 1e6).round() as u64, strayed)
 }

@@ -4,6 +4,7 @@ use cosplat_core::boundary::{Vec3, Wrench, scale};
 use cosplat_core::plugin::{PluginError, Pulse, Signal};
 
 use crate::force::{Pass, Sums, largest};
+use crate::gates::drive;
 use crate::grid::Grid;
 use crate::incompressible::{self, Parts, Projection, Solved};
 use crate::lanes::Pack;
@@ -36,8 +37,10 @@ pub(crate) struct Books {
     pub(crate) sorts: u64,
     /// Boundary particles in reach at the end.
     pub(crate) boundary: u64,
-    /// Particles put aside.
+    /// Particles put aside, let in and taken out.
     pub(crate) aside: u64,
+    pub(crate) entered: u64,
+    pub(crate) drained: u64,
     /// Iterations of incompressible solutions, and of those of viscosity.
     pub(crate) solved: Solved,
     pub(crate) thick: u64,
@@ -119,6 +122,7 @@ impl Course<'_> {
         let mut time = 0.0;
         let mut speed = self.store.fastest();
         while time < self.length {
+            self.admit(self.start + time);
             let (mut bound_dt, mut bound) = stable(self.model, speed, self.store.acceleration);
             if self.model.params.pressure == Pressure::Weak
                 && let Some((dt, solid)) = self.partners.lightest(self.model)
@@ -143,6 +147,7 @@ impl Course<'_> {
             speed = self.guard(self.start + time, speed)?;
             self.land();
             time = if count > 1.0 { time + dt } else { self.length };
+            self.drain(self.start + time);
             if pulse.beat(self.books.substeps, self.books.substeps + count as u64 - 1) == Signal::Abort {
                 return Err(PluginError::Aborted);
             }
@@ -223,6 +228,7 @@ impl Course<'_> {
             if model.is_thick() {
                 books.thick += thick.spread(&pass, store, &mut pack[..], walls, sums);
             }
+            drive(model, store, pack, books, *start + time + dt);
             pass.compress(store, pack, walls, next);
             std::mem::swap(next, &mut store.rho);
         }

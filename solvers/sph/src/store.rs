@@ -15,7 +15,7 @@ pub(crate) struct Store {
     pub(crate) x: Vec<Vec3>,
     /// Velocities \[m/s\].
     pub(crate) v: Vec<Vec3>,
-    /// Densities \[kg/m³\]; negative for those put aside.
+    /// Densities \[kg/m³\]; negative for those put aside, 0 for those that wait to enter or have left (`gates`).
     pub(crate) rho: Vec<f64>,
     /// Pressures with which an incompressible liquid's next solutions begin: \[Pa\]; empty for others.
     pub(crate) warm: Vec<f64>,
@@ -23,6 +23,8 @@ pub(crate) struct Store {
     pub(crate) acceleration: f64,
     /// Energy lost to viscosity since t = 0 \[J\].
     pub(crate) dissipated: f64,
+    /// Layers that have entered through each inflow.
+    pub(crate) entered: Vec<u64>,
     /// Where everything was when lists were last made.
     pub(crate) listed: Listed,
 }
@@ -102,6 +104,7 @@ impl Store {
         sink.bytes(bytemuck::cast_slice(&self.rho));
         sink.f64(self.acceleration);
         sink.f64(self.dissipated);
+        sink.bytes(bytemuck::cast_slice(&self.entered));
         sink.vec3s(&self.listed.x);
         sink.u64(self.listed.part);
         sink.vec3s(&self.listed.partners);
@@ -129,6 +132,8 @@ impl Store {
         let (x, v) = (reader.vec3s("positions", n)?, reader.vec3s("velocities", n)?);
         let rho = reader.bytes(8 * n)?.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
         let (acceleration, dissipated) = (reader.f64()?, reader.f64()?);
+        let bytes = reader.bytes(8 * self.entered.len())?;
+        let entered = bytes.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
         let x_listed = places(reader)?;
         let part = reader.u64()?;
         let listed = Listed { x: x_listed, part, partners: places(reader)?, skin: reader.f64()? };
@@ -137,7 +142,7 @@ impl Store {
         if !(listed.x.is_empty() || listed.x.len() == n) || listed.part > listed.x.len() as u64 {
             return Err(count(part, "places of lists"));
         }
-        Ok(Self { id, x, v, rho, warm, acceleration, dissipated, listed })
+        Ok(Self { id, x, v, rho, warm, acceleration, dissipated, entered, listed })
     }
 }
 

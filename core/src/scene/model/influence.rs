@@ -54,6 +54,38 @@ pub enum ActionKind {
         /// Point in the world \[m\]; `None` is the centre of mass.
         at_m: Option<Vec3>,
     },
+    /// A liquid enters through an opening.
+    Inflow {
+        /// Middle of the opening \[m\].
+        center_m: Vec3,
+        /// Velocity with which it enters, square to the opening \[m/s\].
+        velocity_m_s: Vec3,
+        /// The opening.
+        opening: Opening,
+    },
+    /// A liquid that enters a box leaves the scene.
+    Drain {
+        /// Middle of the box \[m\].
+        center_m: Vec3,
+        /// Sides of the box, along the axes \[m\].
+        size_m: Vec3,
+    },
+}
+
+/// Opening of an inflow.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Opening {
+    /// A disc of that radius \[m\].
+    Disc {
+        /// \[m\].
+        radius_m: f64,
+    },
+    /// A rectangle.
+    Rectangle {
+        /// Sides \[m\]; the first is level, or along x where the liquid enters straight up or down.
+        size_m: [f64; 2],
+    },
 }
 
 impl ActionKind {
@@ -65,6 +97,8 @@ impl ActionKind {
             Self::AccelerationField { .. } => "acceleration-field",
             Self::PointForce { .. } => "point-force",
             Self::Impulse { .. } => "impulse",
+            Self::Inflow { .. } => "inflow",
+            Self::Drain { .. } => "drain",
         }
     }
 }

@@ -4,7 +4,7 @@ use super::fields::Fields;
 use super::limits::{Limits, number};
 use super::names;
 use super::value::At;
-use crate::scene::model::{Action, ActionKind, Field};
+use crate::scene::model::{Action, ActionKind, Field, Opening};
 
 const POSITION: Limits = Limits::any("m");
 const ACCELERATION: Limits = Limits::any("m/s²");
@@ -20,14 +20,18 @@ enum Kind {
     AccelerationField,
     PointForce,
     Impulse,
+    Inflow,
+    Drain,
 }
 
-const KINDS: [(&str, Kind); 5] = [
+const KINDS: [(&str, Kind); 7] = [
     ("gravity", Kind::Gravity),
     ("wind", Kind::Wind),
     ("acceleration-field", Kind::AccelerationField),
     ("point-force", Kind::PointForce),
     ("impulse", Kind::Impulse),
+    ("inflow", Kind::Inflow),
+    ("drain", Kind::Drain),
 ];
 
 /// One `[[action]]`.
@@ -80,7 +84,30 @@ fn of_kind(kind: Kind, fields: &Fields<'_>) -> Option<ActionKind> {
             let impulse_n_s = fields.vec3("impulse", Limits::any("N s"));
             ActionKind::Impulse { impulse_n_s, at_m: point_of_action(fields) }
         }
+        Kind::Inflow => inflow(fields)?,
+        Kind::Drain => {
+            fields.need("bodies");
+            let size_m = fields.must("size", |at| at.numbers(Limits::positive("m"))).unwrap_or_default();
+            ActionKind::Drain { center_m: fields.vec3("center", POSITION), size_m }
+        }
     })
+}
+
+fn inflow(fields: &Fields<'_>) -> Option<ActionKind> {
+    let one = |at: &At<'_>| at.items().len() == 1;
+    if let Some(at) = fields.need("bodies").filter(|at| !one(at)) {
+        at.error("an inflow is of one body".to_owned(), Some("write one `[[action]]` for each".to_owned()));
+    }
+    let center_m = fields.vec3("center", POSITION);
+    let velocity_m_s: [f64; 3] = fields.vec3("velocity", Limits::any("m/s"));
+    if let Some(at) = fields.get("velocity").filter(|_| velocity_m_s.iter().all(|v| v.abs() <= 0.0)) {
+        at.error("an inflow needs a velocity: nothing enters at rest".to_owned(), None);
+    }
+    let opening = match fields.one_key(&["radius", "size"])? {
+        ("radius", at) => Opening::Disc { radius_m: at.num(Limits::positive("m")) },
+        (_, at) => Opening::Rectangle { size_m: at.numbers(Limits::positive("m")) },
+    };
+    Some(ActionKind::Inflow { center_m, velocity_m_s, opening })
 }
 
 fn field(fields: &Fields<'_>) -> Option<Field> {

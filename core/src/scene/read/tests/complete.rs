@@ -125,6 +125,19 @@ kind = "acceleration-field"
 field = { cylinder = { strength = 3, direction = [0, 0, -2], center = [0, 0, 0], radius = 0.5 } }
 
 [[action]]
+kind = "inflow"
+bodies = ["pole"]
+center = [0, 0, 1]
+velocity = [0, 0, -2]
+radius = 0.125
+
+[[action]]
+kind = "drain"
+bodies = ["pole"]
+center = [0, 0, -1]
+size = [1, 1, 0.25]
+
+[[action]]
 kind = "point-force"
 bodies = ["pole"]
 force = [0, 1, 0]
@@ -182,7 +195,7 @@ fn every_key_is_read() {
     assert_eq!((scene.pairs[1].kinetic_friction, scene.pairs[1].softness_m), (0.2, 0.004));
     assert_eq!(frictions(&scene.pair("toy", "floor")), (0.6, 0.4), "from the wall");
     assert_eq!(scene.joints.iter().map(|j| j.axis).collect::<Vec<_>>(), [[0.6, 0.0, 0.8]]);
-    assert_eq!(scene.actions.len(), 5);
+    assert_eq!(scene.actions.len(), 7);
     assert_eq!(scene.probes[1].at_m, Some([0.0, 0.0, 0.1]));
 }
 
@@ -237,6 +250,9 @@ fn rules_of_single_keys() {
         ("kind = \"prismatic\"", "kind = \"fixed\"", "only a `prismatic` joint has an `axis`"),
         ("until = 1.5", "until = 0.5", "is not after `from`"),
         ("bodies = [\"pole\"]", "", "key `bodies` is missing"),
+        ("velocity = [0, 0, -2]", "velocity = [0, 0, 0]", "nothing enters at rest"),
+        ("radius = 0.125", "", "`radius`"),
+        ("size = [1, 1, 0.25]", "size = [1, 0, 0.25]", "`size[1]` must be greater than 0 m"),
         ("kind = \"wind\"", "kind = \"winds\"", "did you mean `wind`?"),
         ("quantity = \"pressure\"", "quantity = \"force\"", "is measured with `body`, not `at`"),
         ("density = 60", "densiti = 60, preset = \"can\"", "duplicate key"),
