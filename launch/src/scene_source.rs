@@ -19,6 +19,8 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("ball-on-block", include_str!("../scenes/ball-on-block.toml")),
     ("ball-on-cloth", include_str!("../scenes/ball-on-cloth.toml")),
     ("cloth-catches-mud", include_str!("../scenes/cloth-catches-mud.toml")),
+    ("cloth-over", include_str!("../scenes/cloth-over.toml")),
+    ("cloth-over-plant", include_str!("../scenes/cloth-over-plant.toml")),
     ("dam-and-raft", include_str!("../scenes/dam-and-raft.toml")),
     ("dam-break", include_str!("../scenes/dam-break.toml")),
     ("flag-in-wind", include_str!("../scenes/flag-in-wind.toml")),
