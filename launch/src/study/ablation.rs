@@ -16,6 +16,8 @@ pub(crate) struct Decision {
     pub(crate) name: String,
     /// What is done the other way round.
     pub(crate) instead: String,
+    /// What the decision was taken by, in words; empty where it follows from what the scene asks for.
+    pub(crate) indicator: String,
     /// Changes of the scene that do so.
     pub(crate) set: Vec<(String, String)>,
     /// Whether nothing may change, because the indicator of the decision says that it has no effect.
@@ -31,6 +33,8 @@ pub(crate) struct Worth {
     pub(crate) name: String,
     /// What was done the other way round.
     pub(crate) instead: String,
+    /// What the decision was taken by, in words; empty where it follows from what the scene asks for.
+    pub(crate) indicator: String,
     /// Whether nothing was allowed to change.
     pub(crate) must_not_matter: bool,
     /// Whether both runs end in the same state, to the bit.
@@ -51,7 +55,8 @@ pub(crate) struct Worth {
 
 /// All decisions that a scene and its run offer.
 pub(crate) fn decisions(scene: &Scene, summary: &Summary) -> Vec<Decision> {
-    let has = |what: &str| summary.left_out.iter().any(|l| l.what.starts_with(what));
+    let has = |what: &str| by(summary, what).is_some();
+    let of = |what: &str| by(summary, what).unwrap_or_default();
     let mut found = vec![
         decision(
             "idle-process",
@@ -69,10 +74,11 @@ pub(crate) fn decisions(scene: &Scene, summary: &Summary) -> Vec<Decision> {
         });
     }
     if has("deformation of body") {
-        found.push(decision("rigidify", "every body deforms", &[("run.rigidify", "false")], false));
+        let rigidify = decision("rigidify", "every body deforms", &[("run.rigidify", "false")], false);
+        found.push(Decision { indicator: of("deformation of body"), ..rigidify });
     }
     for body in &scene.bodies {
-        found.extend(of_material(body, &has));
+        found.extend(of_material(body, summary));
     }
     for (name, spec) in &scene.solvers {
         let plugin = spec.plugin.as_deref().unwrap_or(name);
@@ -89,6 +95,7 @@ pub(crate) fn decisions(scene: &Scene, summary: &Summary) -> Vec<Decision> {
             let pair = format!("[{{ a = \"{}\", b = \"{}\", enabled = false }}]", i.a, i.b);
             let instead = format!("`{}` and `{}`, which never met, do not exchange", i.a, i.b);
             Decision {
+                indicator: "impulses of 0 N s".into(),
                 set: vec![("pair".into(), pair), ("run.rigidify".into(), "false".into())],
                 by_probes: true,
                 ..decision(&format!("pair-{}-{}", i.a, i.b), &instead, &[], !scene.probes.is_empty())
@@ -100,12 +107,23 @@ pub(crate) fn decisions(scene: &Scene, summary: &Summary) -> Vec<Decision> {
 
 fn decision(name: &str, instead: &str, set: &[(&str, &str)], must_not_matter: bool) -> Decision {
     let set = set.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
-    Decision { name: name.into(), instead: instead.into(), set, must_not_matter, by_probes: false }
+    let indicator = String::new();
+    Decision { name: name.into(), instead: instead.into(), indicator, set, must_not_matter, by_probes: false }
+}
+
+/// What the first decision that begins like this was taken by: its indicator against its limit, or its reason.
+fn by(summary: &Summary, what: &str) -> Option<String> {
+    let found = summary.left_out.iter().find(|l| l.what.starts_with(what))?;
+    Some(match (found.indicator, found.limit) {
+        (Some(indicator), Some(limit)) => format!("{indicator:.3e} against {limit:.3e}"),
+        _ => found.why.clone(),
+    })
 }
 
 /// Decisions about what a body is made of. What a solver leaves out may as well not stand in the scene.
-fn of_material(body: &Body, has: &impl Fn(&str) -> bool) -> Vec<Decision> {
+fn of_material(body: &Body, summary: &Summary) -> Vec<Decision> {
     let name = &body.name;
+    let has = |what: &str| by(summary, what).is_some();
     let of = |feature: &str, key: &str, value: &str, must_not_matter| {
         let set = vec![(format!("body.{name}.{key}"), value.to_owned())];
         let instead = format!("`{name}` without {feature}");
@@ -114,11 +132,13 @@ fn of_material(body: &Body, has: &impl Fn(&str) -> bool) -> Vec<Decision> {
     let mut found = Vec::new();
     if let Material::SphLiquid { surface_tension_n_m, viscosity_pa_s, .. } = body.material {
         if surface_tension_n_m > 0.0 && has(&format!("surface tension of `{name}`")) {
-            found.push(of("surface tension", "material.surface_tension", "0", true));
+            let indicator = by(summary, &format!("surface tension of `{name}`")).unwrap_or_default();
+            found.push(Decision { indicator, ..of("surface tension", "material.surface_tension", "0", true) });
         }
         if viscosity_pa_s > 0.0 {
-            let is_left_out = has(&format!("the viscosity of `{name}`"));
-            found.push(of("viscosity", "material.viscosity", "0", is_left_out));
+            let known = by(summary, &format!("the viscosity of `{name}`"));
+            let viscosity = of("viscosity", "material.viscosity", "0", known.is_some());
+            found.push(Decision { indicator: known.unwrap_or_default(), ..viscosity });
         }
     }
     if matches!(body.material, Material::Cloth { .. }) && has("relaxation factors") {
@@ -157,6 +177,7 @@ pub(crate) fn worth(decision: &Decision, plain: &Finished, other: &Finished) -> 
     Worth {
         name: decision.name.clone(),
         instead: decision.instead.clone(),
+        indicator: decision.indicator.clone(),
         must_not_matter: decision.must_not_matter,
         same_bytes,
         difference,

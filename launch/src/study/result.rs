@@ -189,6 +189,11 @@ impl CaseResult {
         self.gates.iter().all(|judged| judged.passed != Some(false))
     }
 
+    /// Whether its errors follow a power of the axis, as far as its gates know: where one claims a decay, they do not.
+    pub(crate) fn has_powers(&self) -> bool {
+        !self.gates.iter().any(|judged| matches!(judged.gate.claim, Claim::Decay(_)))
+    }
+
     /// Name of the axis.
     pub(crate) fn axis(&self) -> Option<&str> {
         self.vary.last().map(|factor| factor.key.as_str())

@@ -144,7 +144,7 @@ fn case(case: &CaseResult) -> Markup {
         div.charts { @for diagram in diagrams(case) { (figure(&diagram)) } }
         h3 { "Cheapest run below an error" }
         (cheapest(case))
-        @if case.groups.iter().any(|g| g.fit.is_some()) { h3 { "Order of convergence" } (fits(case)) }
+        @if case.has_powers() && case.groups.iter().any(|g| g.fit.is_some()) { h3 { "Order of convergence" } (fits(case)) }
         h3 { "What is measured" }
         (quantities(case))
         details open { summary { "All runs" } (runs(case)) }

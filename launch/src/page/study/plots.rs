@@ -59,7 +59,7 @@ fn order_plot(case: &CaseResult) -> Scatter {
             .filter_map(|&i| Some((case.rows[i].axis?, case.rows[i].error?, names[i].clone())))
             .collect();
         let ends = points.iter().map(|p| p.0).fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(x), b.max(x)));
-        if let Some(fit) = &group.fit {
+        if let Some(fit) = group.fit.as_ref().filter(|_| case.has_powers()) {
             let line = |x: f64| (x, fit.factor * x.powf(fit.order), String::new());
             let name = format!("fit of order {:.2}", fit.order);
             series.push(Series { name, style, line: Join::Dashed, points: vec![line(ends.0), line(ends.1)] });
@@ -67,15 +67,19 @@ fn order_plot(case: &CaseResult) -> Scatter {
         series.push(Series { name: shown(group), style, line: Join::Apart, points });
     }
     let axis = case.axis().unwrap_or_default();
+    let title = if case.has_powers() { "Order of convergence" } else { "Error against what is varied" };
     let x = format!("{axis} [{}]", unit(axis));
-    Scatter { title: "Order of convergence", x, y: ERROR.to_owned(), note: "", series }
+    Scatter { title, x, y: ERROR.to_owned(), note: "", series }
 }
 
 /// Unit of a key of the scene, where it is known.
 fn unit(key: &str) -> &'static str {
     match key.rsplit('.').next() {
-        Some("window") => "s",
+        Some("window" | "duration") => "s",
         Some("spacing") => "m",
+        Some("mass") => "kg",
+        Some("iterations") => "1",
+        Some(name) if name.ends_with("_s") => "s",
         _ => "in the unit of the scene",
     }
 }

@@ -59,6 +59,7 @@ pub(crate) fn controls(page: &Page<'_>, noticed: &[Noticed]) -> String {
 pub(crate) fn ablation(page: &Page<'_>, scene: &str, found: &[Worth]) -> String {
     let head = [
         ("The other way round", ""),
+        ("Decided by", ""),
         ("State", ""),
         ("Probes differ by", "n"),
         ("Time saved [s]", "n"),
@@ -73,7 +74,8 @@ pub(crate) fn ablation(page: &Page<'_>, scene: &str, found: &[Worth]) -> String 
             (None, false) => ("bad", "another, although it must not matter"),
         };
         vec![
-            html! { (worth.instead) " " code { (worth.name) } },
+            html! { (worth.instead.replace('`', "")) " " code { (worth.name) } },
+            html! { (worth.indicator.replace('`', "")) },
             html! { span class=(class) { (state) } },
             html! { (maybe(worth.difference)) },
             html! { (maybe(worth.saved_s)) },
