@@ -195,6 +195,7 @@ fn merge_report(into: &mut Report, from: Report, first: bool) {
     into.bodies = from.bodies;
     into.external = into.external.plus(from.external);
     into.energy = from.energy;
+    into.probes = from.probes;
     for (name, n) in from.counters {
         count(&mut into.counters, &name, n);
     }

@@ -131,8 +131,12 @@ pub struct Report {
     pub energy: Energy,
     /// Own view of each interface.
     pub interfaces: Vec<InterfaceReport>,
-    /// Clamps, quarantines, overflows of this step. What begins with `largest-` is no count: see [`count`].
+    /// Clamps, quarantines, overflows of this step. What begins with `largest-` is no count: see [`count`]; what begins
+    /// with `work-` says how much was done, and complains about nothing.
     pub counters: BTreeMap<String, u64>,
+    /// Answers to probes that no state of a body gives, at the end of the step, by the probe's name: pressure at a point
+    /// \[Pa\]. One that has no answer now, as there is no liquid at the point, is missing.
+    pub probes: BTreeMap<String, f64>,
 }
 
 /// Adds a counter to those of earlier steps: counts are summed, of what begins with `largest-` the largest is kept.

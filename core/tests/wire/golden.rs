@@ -64,6 +64,7 @@ fn done() -> Envelope<Up> {
         energy: Energy { kinetic_j: 4.1, potential_j: -4.2, dissipated_j: 4.3 },
         interfaces: vec![interface],
         counters: BTreeMap::from([("clamped".to_owned(), 3), ("overflow".to_owned(), u64::MAX)]),
+        probes: BTreeMap::from([("gauge".to_owned(), 5.1)]),
     };
     envelope(Up::Done(Box::new(Done {
         window: 300,

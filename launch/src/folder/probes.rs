@@ -1,7 +1,7 @@
 //! `probes.csv`: what the scene asked to be measured, one row per window, the state at t = 0 first.
 //!
-//! Columns are `<probe>.x`, `<probe>.y`, `<probe>.z` (and `.w` for orientations). Values come from the body states that
-//! each solver reports with a finished window.
+//! Columns are `<probe>.x`, `<probe>.y`, `<probe>.z` (and `.w` for orientations), or `<probe>.value` for a number. Values
+//! come from the body states, and the answers to probes at points, that each solver reports with a finished window.
 
 use std::fs::{self, File};
 use std::io;
@@ -15,12 +15,36 @@ use cosplat_core::scene::{Probe, ProbeQuantity};
 
 use super::ledger::{number, reopen_table};
 
-/// A probe and where its value is found.
+/// Where the value of a probe is found.
 #[derive(Debug)]
-struct Source {
-    quantity: ProbeQuantity,
-    participant: usize,
-    body: usize,
+enum Source {
+    /// In the state of a body.
+    Body { quantity: ProbeQuantity, participant: usize, body: usize },
+    /// In the answer of the first of so many participants that has one.
+    Point { name: String, participants: usize },
+}
+
+impl Source {
+    /// Names of its columns.
+    fn axes(&self) -> &'static [&'static str] {
+        match self {
+            Self::Body { quantity, .. } => axes(*quantity),
+            Self::Point { .. } => &["value"],
+        }
+    }
+
+    /// Its values; none where nobody knows.
+    fn values<'a>(&self, report: impl Fn(usize) -> Option<&'a Report>) -> Option<Vec<f64>> {
+        match self {
+            Self::Body { quantity, participant, body } => {
+                report(*participant).and_then(|r| r.bodies.get(*body)).map(|state| values(*quantity, state))
+            }
+            Self::Point { name, participants } => {
+                let mut answers = (0..*participants).filter_map(|p| report(p)?.probes.get(name).copied());
+                answers.next().map(|answer| vec![answer])
+            }
+        }
+    }
 }
 
 /// Writes the table.
@@ -94,10 +118,9 @@ impl Probes {
     fn write<'a>(&mut self, time_s: f64, report: impl Fn(usize) -> Option<&'a Report>) -> io::Result<()> {
         let mut row = vec![number(time_s)];
         for source in &self.sources {
-            let state = report(source.participant).and_then(|r| r.bodies.get(source.body));
-            match state {
-                Some(state) => row.extend(values(source.quantity, state).into_iter().map(number)),
-                None => row.extend(axes(source.quantity).iter().map(|_| String::new())),
+            match source.values(&report) {
+                Some(values) => row.extend(values.into_iter().map(number)),
+                None => row.extend(source.axes().iter().map(|_| String::new())),
             }
         }
         self.out.write_record(&row)?;
@@ -111,7 +134,7 @@ fn columns(plan: &Plan, probes: &[Probe]) -> (Vec<String>, Vec<Source>) {
     let mut sources = Vec::new();
     for probe in probes {
         let Some(source) = source(plan, probe) else { continue };
-        header.extend(axes(source.quantity).iter().map(|axis| format!("{}.{axis}", probe.name)));
+        header.extend(source.axes().iter().map(|axis| format!("{}.{axis}", probe.name)));
         sources.push(source);
     }
     (header, sources)
@@ -137,13 +160,16 @@ fn quantity_name(quantity: ProbeQuantity) -> String {
 }
 
 fn source(plan: &Plan, probe: &Probe) -> Option<Source> {
+    if probe.quantity == ProbeQuantity::Pressure && probe.at_m.is_some() {
+        return Some(Source::Point { name: probe.name.clone(), participants: plan.participants.len() });
+    }
     if axes(probe.quantity).is_empty() {
         return None;
     }
     let body = probe.body.as_deref()?;
     plan.participants.iter().enumerate().find_map(|(participant, p)| {
         let body = p.bodies.iter().position(|b| b == body)?;
-        Some(Source { quantity: probe.quantity, participant, body })
+        Some(Source::Body { quantity: probe.quantity, participant, body })
     })
 }
 
@@ -205,8 +231,21 @@ mod tests {
     }
 
     #[test]
+    fn a_number_at_a_point_is_in_its_column_and_missing_where_nobody_has_it() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("probes.csv");
+        let at = Probe { name: "floor".into(), quantity: ProbeQuantity::Pressure, body: None, at_m: Some([0.0; 3]) };
+        let mut table = Probes::create(&path, &plan(2), &[at]).unwrap().unwrap();
+        let mut answered = done(0).report;
+        answered.probes.insert("floor".into(), 101.5);
+        table.started(&[done(0).report, answered]).unwrap();
+        table.settled(&record(0), &[done(0), done(7)]).unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "time_s,floor.value\n0,101.5\n0.01,\n");
+    }
+
+    #[test]
     fn what_nothing_answers_is_named() {
-        let probes = [probe("p", ProbeQuantity::Pressure, "a")];
+        let probes = [probe("p", ProbeQuantity::Force, "a")];
         let place = tempfile::tempdir().unwrap();
         assert!(Probes::create(&place.path().join("x"), &plan(2), &probes).unwrap().is_none());
         assert!(!place.path().join("x").exists());

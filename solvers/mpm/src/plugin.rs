@@ -274,6 +274,7 @@ impl<R: Real> Run<R> {
             energy,
             interfaces,
             counters: counters.iter().map(|&(name, n)| (name.to_owned(), n)).collect::<BTreeMap<_, _>>(),
+            ..Report::default()
         };
         Outputs { boundaries: boundaries.collect(), impulses, report }
     }

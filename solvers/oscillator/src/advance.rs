@@ -166,7 +166,7 @@ impl<'a> Stage<'a> {
             external: self.external.wrench,
             energy,
             interfaces: interfaces.collect(),
-            counters: std::collections::BTreeMap::new(),
+            ..Report::default()
         }
     }
 

@@ -227,6 +227,7 @@ fn outputs(model: &Model, course: &Course, residuals: &[f64], energy: Energy) ->
         energy,
         interfaces,
         counters: counters.map(|(name, n)| (name.to_owned(), n)).into(),
+        ..Report::default()
     };
     let boundaries = shown.map(|c| BoundaryOutput { body: c.name.clone(), state: model.samples(c) }).collect();
     Outputs { boundaries, impulses, report }

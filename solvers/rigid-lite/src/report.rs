@@ -1,7 +1,5 @@
 //! What the solver shows: body states, energies and proxy records.
 
-use std::collections::BTreeMap;
-
 use cosplat_core::boundary::{BoundaryState, ProxyRecord};
 use cosplat_core::plugin::{BodyState, Budget, Energy, Moving, Report};
 use cosplat_core::rotation::angular_velocity;
@@ -28,7 +26,7 @@ pub(crate) fn report(model: &Model, state: &State, t: f64, external: &Budget, re
         external: external.wrench,
         energy: Energy { kinetic_j: kinetic.sum(), potential_j: potential.sum(), dissipated_j: 0.0 },
         interfaces: model.views.iter().zip(received).map(|(view, budget)| budget.report(view.id)).collect(),
-        counters: BTreeMap::new(),
+        ..Report::default()
     }
 }
 

@@ -1,7 +1,5 @@
 //! State, energies and budgets of a step.
 
-use std::collections::BTreeMap;
-
 use cosplat_core::plugin::{BodyState, Budget, Energy, Moving, Report};
 use cosplat_core::visual::VisualState;
 
@@ -37,7 +35,7 @@ pub(crate) fn report(
             dissipated_j: state.dissipated,
         },
         interfaces: model.views.iter().zip(received).map(|(view, budget)| budget.report(view.id)).collect(),
-        counters: BTreeMap::new(),
+        ..Report::default()
     }
 }
 

@@ -39,6 +39,7 @@ impl Model {
                 ("largest-overlap-1e-6-m".to_owned(), books.map_or(0, |b| (1e6 * b.deepest) as u64)),
             ]
             .into(),
+            ..Report::default()
         }
     }
 

@@ -217,6 +217,7 @@ impl Run {
             energy,
             interfaces,
             counters: counters.iter().map(|&(name, n)| (name.to_owned(), n)).collect::<BTreeMap<_, _>>(),
+            ..Report::default()
         };
         Outputs { boundaries: self.boundaries(t), impulses, report }
     }

@@ -57,6 +57,7 @@ mod near;
 mod params;
 mod partner;
 mod plugin;
+mod probe;
 mod proxy;
 mod read;
 mod report;

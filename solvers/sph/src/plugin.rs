@@ -8,11 +8,13 @@ use cosplat_core::plugin::{
     BoundaryOutput, Descriptor, Inputs, InterfaceReport, InterfaceRole, Outputs, PartnerSetup, Plugin, PluginError,
     Pulse, Report, Setup, SetupBoundary, SolverScene, StateReader, StateSink, Step,
 };
+use cosplat_core::scene::ProbeQuantity;
 use cosplat_core::visual::{VisualForm, VisualState};
 
 use crate::model::Model;
 use crate::params::schema;
 use crate::partner::{Partners, Volumes, volumes};
+use crate::probe::Points;
 use crate::read::read;
 use crate::report::{quality, states};
 use crate::sim::{Books, Course, Scratch, stable};
@@ -30,6 +32,7 @@ struct Run {
     store: Store,
     scratch: Scratch,
     volumes: Volumes,
+    points: Points,
     pool: Option<rayon::ThreadPool>,
 }
 
@@ -42,6 +45,7 @@ impl Plugin for Sph {
             boundary: BoundaryForm::SamplesF32 { normals: false },
             visual: Some(VisualForm::Particles { gradients: false }),
             features: ["statics", "height-fields", "gravity", "inflow", "drain"].map(String::from).into(),
+            probes: vec![ProbeQuantity::Pressure],
             params_schema: schema(),
             ..Descriptor::new("sph", env!("CARGO_PKG_VERSION"), "Liquids as smoothed particles")
         }
@@ -59,15 +63,17 @@ impl Plugin for Sph {
             bound.push_str("; viscosity is implicit, as it would bind otherwise or is wanted so");
         }
         let (bodies, energy) = states(&model, &store, 0.0);
+        let points = Points::of(&scene.probes);
         let interfaces = model.interfaces.iter().map(|&i| InterfaceReport { interface: i, ..Default::default() });
         let report = Report {
             substep_bound_by: bound.clone(),
             bodies,
             energy,
             interfaces: interfaces.collect(),
+            probes: points.answers(&model, &store),
             ..Report::default()
         };
-        let run = Run { model, store, scratch: Scratch::default(), volumes: Vec::new(), pool };
+        let run = Run { model, store, scratch: Scratch::default(), volumes: Vec::new(), points, pool };
         let boundaries = run.boundaries().into_iter().zip(run.statics());
         let setup = Setup {
             boundaries: boundaries
@@ -184,6 +190,7 @@ impl Run {
             energy,
             interfaces,
             counters: counters.iter().map(|&(name, n)| (name.to_owned(), n)).collect::<BTreeMap<_, _>>(),
+            probes: self.points.answers(&self.model, &self.store),
         };
         Outputs { boundaries: self.boundaries(), impulses, report }
     }

@@ -84,7 +84,7 @@ impl Beads {
             external,
             energy: Energy { kinetic_j: if lost { f64::NAN } else { kinetic }, ..Energy::default() },
             interfaces,
-            counters: std::collections::BTreeMap::new(),
+            ..Report::default()
         }
     }
 
