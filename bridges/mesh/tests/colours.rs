@@ -10,7 +10,7 @@ use serde_json::json;
 const PLAIN: Recipe = Recipe { metres_per_unit: 1.0, up: [0.0, 0.0, 1.0] };
 
 fn read(bytes: &[u8], ending: &str) -> Prepared {
-    Prepared::from_bytes(bytes, Some(ending), Beside::Nothing, &PLAIN).unwrap()
+    Prepared::from_bytes(bytes, Some(ending), Beside::Nothing, &PLAIN).expect("a mesh")
 }
 
 /// The linear value of the display value 0.5, IEC 61966-2-1: ((0.5 + 0.055) / 1.055)^2.4.
@@ -25,13 +25,19 @@ fn same(found: &[[f32; 3]], wanted: &[[f32; 3]]) {
     }
 }
 
+/// A line for each place with its colour.
+fn lines(head: &str, places: &[&str], colours: &[&str]) -> String {
+    let lines: Vec<String> = places.iter().zip(colours).map(|(p, c)| format!("{head}{p} {c}\n")).collect();
+    lines.concat()
+}
+
 /// Two triangles that share an edge, its vertices written twice; the first of two keeps its colour.
 #[test]
 fn display_values_of_obj_and_ply_become_linear_and_are_welded_with_their_vertices() {
     let wanted = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [HALF; 3]];
     let places = ["0 0 0", "1 0 0", "0 1 0", "1 0 0", "1 1 0", "0 1 0"];
     let display = ["1 0 0", "0 1 0", "0 0 1", "0.1 0.2 0.3", "0.5 0.5 0.5", "0.3 0.2 0.1"];
-    let obj: String = places.iter().zip(display).map(|(p, c)| format!("v {p} {c}\n")).collect();
+    let obj = lines("v ", &places, &display);
     let found = read((obj.clone() + "f 1 2 3\nf 4 5 6\n").as_bytes(), "obj");
     assert_eq!(found.mesh.vertices_m.len(), 4);
     same(&found.colours, &wanted);
@@ -43,10 +49,10 @@ fn display_values_of_obj_and_ply_become_linear_and_are_welded_with_their_vertice
         )
     };
     let faces = "3 0 1 2\n3 3 4 5\n";
-    let parts: String = places.iter().zip(display).map(|(p, c)| format!("{p} {c}\n")).collect();
+    let parts = lines("", &places, &display);
     same(&read((head("float") + &parts + faces).as_bytes(), "ply").colours, &wanted);
     let bytes = ["255 0 0", "0 255 0", "0 0 255", "1 2 3", "0 255 128", "9 9 9"];
-    let parts: String = places.iter().zip(bytes).map(|(p, c)| format!("{p} {c}\n")).collect();
+    let parts = lines("", &places, &bytes);
     let found = read((head("uchar") + &parts + faces).as_bytes(), "ply");
     // ((128/255 + 0.055) / 1.055)^2.4.
     same(&found.colours, &[wanted[0], wanted[1], wanted[2], [0.0, 1.0, 0.215_860_5]]);

@@ -56,7 +56,7 @@ pub(crate) enum Join {
 
 /// The diagram with its legend.
 pub(super) fn figure(scatter: &Scatter) -> Markup {
-    let places = || scatter.series.iter().flat_map(|s| &s.points).filter(is_drawable);
+    let places = || scatter.series.iter().flat_map(|s| &s.points).filter(|p| is_drawable(p));
     let lost = scatter.series.iter().flat_map(|s| &s.points).filter(|p| !is_drawable(p)).count();
     html! {
         figure.chart {
@@ -72,7 +72,7 @@ pub(super) fn figure(scatter: &Scatter) -> Markup {
     }
 }
 
-fn is_drawable(point: &&(f64, f64, String)) -> bool {
+fn is_drawable(point: &(f64, f64, String)) -> bool {
     [point.0, point.1].iter().all(|v| (1e-300..1e300).contains(v))
 }
 
@@ -146,7 +146,7 @@ fn svg(scatter: &Scatter, x: Axis, y: Axis) -> Markup {
             text x=(number(f64::midpoint(left, right))) y=(number(SIZE.1 - 8.0)) text-anchor="middle" { (scatter.x) }
             text x="16" y=(number(f64::midpoint(top, bottom))) text-anchor="middle" transform=(format!("rotate(-90 16 {})", number(f64::midpoint(top, bottom)))) { (scatter.y) }
             @for series in &scatter.series {
-                @let points: Vec<_> = series.points.iter().filter(is_drawable).collect();
+                @let points: Vec<_> = series.points.iter().filter(|p| is_drawable(p)).collect();
                 @if series.line != Join::Apart {
                     @let path: Vec<String> = points.iter().map(|p| at(p)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
                     (joined(series, &path.join(" ")))

@@ -123,7 +123,9 @@ mod tests {
         let mut v = pair([0.0; 3]);
         let mut edge = Edge::new([0, 1], 0.3, 1e-3, 1.0);
         solve(&mut edge, &mut v, &FIRST);
-        v.iter_mut().for_each(|v| v.x = add(v.x, scale(v.u, FIRST.h)));
+        for v in &mut v {
+            v.x = add(v.x, scale(v.u, FIRST.h));
+        }
         let [a, b] = &v;
         // Alone it is solved at once, up to roundings of a length of 0.3 m; it is stretched by its compliance all the same.
         assert!(edge.left([a, b], &FIRST) < 1e-12, "{}", edge.left([a, b], &FIRST));

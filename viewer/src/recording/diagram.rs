@@ -205,7 +205,7 @@ fn send_layout(recording: &RecordingStream, name: &str, run: &str, diagrams: &[D
             x_range: datatypes::Range1D([-14.0, WIDTH + 4.0]),
             y_range: datatypes::Range1D([-HEIGHT - 10.0, 14.0]),
         };
-        stream.log(format!("{path}/VisualBounds2D"), &Bounds::new(VisualBounds2D(range.into())))?;
+        stream.log(format!("{path}/VisualBounds2D"), &Bounds::new(VisualBounds2D(range)))?;
         match groups.last_mut().filter(|g| g.0 == diagram.group) {
             Some(group) => group.1.push(path),
             None => groups.push((&diagram.group, vec![path])),
