@@ -4,11 +4,11 @@
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 use super::number::{count, maybe, quantity};
 use super::tables::table;
-use super::{Chart, Line, chart, parts, word};
+use super::{Chart, Line, chart, document, parts, word};
 use crate::folder::curves::Table;
 use crate::folder::summary::Status;
 use crate::gallery::Gallery;
@@ -18,39 +18,28 @@ use crate::gallery::read::ArchivedRun;
 /// The gallery as a page; `link` gives the address of the report of a run, where it has one.
 pub(crate) fn html(gallery: &Gallery, link: impl Fn(&ArchivedRun) -> Option<String>) -> String {
     let good = gallery.runs.iter().filter(|run| run.summary.status == Status::Ok).count();
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { "Runs" }
-                style { (PreEscaped(include_str!("style.css"))) }
-            }
-            body {
-                header {
-                    h1 { "Runs" }
-                    p.lead { (good) " of " (gallery.runs.len()) " runs ended with all verdicts good." }
-                    @for (folder, why) in &gallery.unreadable { p.failure { code { (folder) } " is not shown: " (why) } }
+    let body = html! {
+        header {
+            h1 { "Runs" }
+            p.lead { (good) " of " (gallery.runs.len()) " runs ended with all verdicts good." }
+            @for (folder, why) in &gallery.unreadable { p.failure { code { (folder) } " is not shown: " (why) } }
+        }
+        nav {
+            @for (i, run) in gallery.runs.iter().enumerate() { a href={ "#run-" (i) } { (label(gallery, i)) " (" (run.summary.scene) ")" } }
+            @for compared in &gallery.comparisons { a href={ "#compare-" (compared.scene) } { "Compare " (compared.scene) } }
+        }
+        main {
+            section.cards { @for (i, run) in gallery.runs.iter().enumerate() { (card(gallery, i, run, link(run).as_deref())) } }
+            @for compared in &gallery.comparisons {
+                section id={ "compare-" (compared.scene) } {
+                    h2 { "Runs of " (compared.scene) }
+                    (comparison(gallery, compared))
                 }
-                nav {
-                    @for (i, run) in gallery.runs.iter().enumerate() { a href={ "#run-" (i) } { (label(gallery, i)) " (" (run.summary.scene) ")" } }
-                    @for compared in &gallery.comparisons { a href={ "#compare-" (compared.scene) } { "Compare " (compared.scene) } }
-                }
-                main {
-                    section.cards { @for (i, run) in gallery.runs.iter().enumerate() { (card(gallery, i, run, link(run).as_deref())) } }
-                    @for compared in &gallery.comparisons {
-                        section id={ "compare-" (compared.scene) } {
-                            h2 { "Runs of " (compared.scene) }
-                            (comparison(gallery, compared))
-                        }
-                    }
-                }
-                footer { "Every number on this page was measured in the run that it describes. SI units." }
             }
         }
+        footer { "Every number on this page was measured in the run that it describes. SI units." }
     };
-    page.into_string()
+    document("Runs", &body)
 }
 
 /// A run by its folder's own name, or by the whole path where two have the same.

@@ -20,6 +20,23 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::folder::summary::{Status, Summary};
 
+/// A whole page that needs no other file.
+fn document(title: &str, body: &Markup) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) }
+                style { (PreEscaped(include_str!("style.css"))) }
+            }
+            body { (body) }
+        }
+    };
+    page.into_string()
+}
+
 /// Everything that a report tells.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Report<'a> {
@@ -94,26 +111,15 @@ pub(crate) fn html(report: &Report<'_>) -> String {
         ("again", "How to do it again", Some(parts::again(report))),
     ];
     let sections: Vec<_> = sections.into_iter().filter_map(|(id, title, body)| Some((id, title, body?))).collect();
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (summary.scene) ": " (word(summary.status)) }
-                style { (PreEscaped(include_str!("style.css"))) }
-            }
-            body {
-                (headline(report))
-                nav { @for (id, title, _) in &sections { a href={ "#" (id) } { (title) } } }
-                main {
-                    @for (id, title, body) in &sections { section id=(id) { h2 { (title) } (body) } }
-                }
-                footer { "Every number on this page was measured in the run that it describes. SI units." }
-            }
+    let body = html! {
+        (headline(report))
+        nav { @for (id, title, _) in &sections { a href={ "#" (id) } { (title) } } }
+        main {
+            @for (id, title, body) in &sections { section id=(id) { h2 { (title) } (body) } }
         }
+        footer { "Every number on this page was measured in the run that it describes. SI units." }
     };
-    page.into_string()
+    document(&format!("{}: {}", summary.scene, word(summary.status)), &body)
 }
 
 /// A status as people say it.

@@ -6,19 +6,16 @@
 
 use std::path::Path;
 
-use rerun::blueprint::components::{AutoLayout, AutoViews, ContainerKind, PanelState, RootContainer, VisualBounds2D};
+use rerun::blueprint::components::{ContainerKind, PanelState, VisualBounds2D};
 use rerun::components::Radius;
-use rerun::external::re_log_types::{BlueprintActivationCommand, LogMsg};
-use rerun::external::re_sdk_types::blueprint::archetypes::{
-    Background, PanelBlueprint, TimePanelBlueprint, ViewportBlueprint, VisualBounds2D as Bounds,
-};
+use rerun::external::re_sdk_types::blueprint::archetypes::{Background, TimePanelBlueprint, VisualBounds2D as Bounds};
 use rerun::log::ChunkBatcherConfig;
 use rerun::{
-    AsComponents, Color, LineStrips2D, Points2D, RecordingStream, RecordingStreamBuilder, RecordingStreamResult,
-    components, datatypes,
+    Color, LineStrips2D, Points2D, RecordingStream, RecordingStreamBuilder, RecordingStreamResult, components,
+    datatypes,
 };
 
-use super::layout::{application, container, container_id, container_path, view, view_path};
+use super::layout::{application, begin, container, container_path, finish, view, view_path};
 use super::{PATIENCE, RecordingError};
 
 /// Size of a diagram in its own units.
@@ -187,14 +184,7 @@ fn single(place: [f64; 2]) -> [f32; 2] {
 
 /// One tab a group, with its diagrams beside each other.
 fn send_layout(recording: &RecordingStream, name: &str, run: &str, diagrams: &[Diagram]) -> RecordingStreamResult<()> {
-    let (stream, storage) = RecordingStreamBuilder::new(application(name))
-        .enabled(true)
-        .recording_id(format!("{run} layout"))
-        .blueprint()
-        .memory()?;
-    stream.set_log_time_enabled(false);
-    stream.set_log_tick_enabled(false);
-    stream.set_time_sequence("blueprint", 0);
+    let (stream, storage) = begin(application(name), run)?;
     let mut groups: Vec<(&str, Vec<String>)> = Vec::new();
     for (i, diagram) in diagrams.iter().enumerate() {
         let path = view_path(i as u128);
@@ -219,19 +209,5 @@ fn send_layout(recording: &RecordingStream, name: &str, run: &str, diagrams: &[D
         tabs.push(path);
     }
     stream.log(container_path(0), &container(ContainerKind::Tabs, &tabs))?;
-    let viewport = ViewportBlueprint::new()
-        .with_root_container(RootContainer(container_id(0).into()))
-        .with_auto_layout(AutoLayout(false.into()))
-        .with_auto_views(AutoViews(false.into()));
-    stream.log("viewport", &viewport)?;
-    for panel in ["blueprint_panel", "selection_panel"] {
-        stream.log(panel, &PanelBlueprint::new().with_state(PanelState::Collapsed))?;
-    }
-    let time: &dyn AsComponents = &TimePanelBlueprint::new().with_state(PanelState::Hidden);
-    stream.log("time_panel", time)?;
-    let messages = storage.take();
-    if let Some(store) = messages.iter().map(LogMsg::store_id).next().cloned() {
-        recording.send_blueprint(messages, BlueprintActivationCommand::make_active(store));
-    }
-    Ok(())
+    finish(recording, &stream, &storage, &TimePanelBlueprint::new().with_state(PanelState::Hidden))
 }

@@ -13,7 +13,10 @@ use rerun::external::re_sdk_types::blueprint::archetypes::{
     ViewBlueprint, ViewContents, ViewportBlueprint,
 };
 use rerun::external::uuid::Uuid;
-use rerun::{ApplicationId, Color, RecordingStream, RecordingStreamBuilder, components, datatypes};
+use rerun::sink::MemorySinkStorage;
+use rerun::{
+    ApplicationId, Color, RecordingStream, RecordingStreamBuilder, RecordingStreamResult, components, datatypes,
+};
 
 use super::{TIME, WORLD};
 use crate::camera::Camera;
@@ -44,6 +47,45 @@ pub struct Layout<'a> {
     pub curves: &'a [Curves<'a>],
 }
 
+/// A layout in the making, and where its messages gather.
+pub(super) fn begin(
+    application: ApplicationId,
+    run: &str,
+) -> RecordingStreamResult<(RecordingStream, MemorySinkStorage)> {
+    let (stream, storage) = RecordingStreamBuilder::new(application)
+        .enabled(true)
+        .recording_id(format!("{run} layout"))
+        .blueprint()
+        .memory()?;
+    stream.set_log_time_enabled(false);
+    stream.set_log_tick_enabled(false);
+    stream.set_time_sequence("blueprint", 0);
+    Ok((stream, storage))
+}
+
+/// Says that container 0 is all there is, hides what a reader does not need, and makes the layout the active one.
+pub(super) fn finish(
+    recording: &RecordingStream,
+    stream: &RecordingStream,
+    storage: &MemorySinkStorage,
+    time_panel: &TimePanelBlueprint,
+) -> RecordingStreamResult<()> {
+    let viewport = ViewportBlueprint::new()
+        .with_root_container(RootContainer(container_id(0).into()))
+        .with_auto_layout(AutoLayout(false.into()))
+        .with_auto_views(AutoViews(false.into()));
+    stream.log("viewport", &viewport)?;
+    for panel in ["blueprint_panel", "selection_panel"] {
+        stream.log(panel, &PanelBlueprint::new().with_state(PanelState::Collapsed))?;
+    }
+    stream.log("time_panel", time_panel)?;
+    let messages = storage.take();
+    if let Some(store) = messages.iter().map(LogMsg::store_id).next().cloned() {
+        recording.send_blueprint(messages, BlueprintActivationCommand::make_active(store));
+    }
+    Ok(())
+}
+
 impl Layout<'_> {
     /// Name under which the viewer keeps the layout; only letters, digits, `-` and `_` are allowed in it.
     pub(super) fn application(&self) -> ApplicationId {
@@ -64,15 +106,8 @@ impl Layout<'_> {
     }
 
     /// Puts the layout into a recording and makes it the active one.
-    pub(super) fn send(&self, recording: &RecordingStream) -> rerun::RecordingStreamResult<()> {
-        let (stream, storage) = RecordingStreamBuilder::new(self.application())
-            .enabled(true)
-            .recording_id(format!("{} layout", self.run))
-            .blueprint()
-            .memory()?;
-        stream.set_log_time_enabled(false);
-        stream.set_log_tick_enabled(false);
-        stream.set_time_sequence("blueprint", 0);
+    pub(super) fn send(&self, recording: &RecordingStream) -> RecordingStreamResult<()> {
+        let (stream, storage) = begin(self.application(), self.run)?;
         self.scene_view(&stream)?;
         let mut parts = vec![view_path(0)];
         if !self.curves.is_empty() {
@@ -81,25 +116,11 @@ impl Layout<'_> {
         }
         let root = container(ContainerKind::Horizontal, &parts).with_col_shares([3.0, 2.0].iter().map(|&s| share(s)));
         stream.log(container_path(0), &root)?;
-        let viewport = ViewportBlueprint::new()
-            .with_root_container(RootContainer(container_id(0).into()))
-            .with_auto_layout(AutoLayout(false.into()))
-            .with_auto_views(AutoViews(false.into()));
-        stream.log("viewport", &viewport)?;
-        for panel in ["blueprint_panel", "selection_panel"] {
-            stream.log(panel, &PanelBlueprint::new().with_state(PanelState::Collapsed))?;
-        }
         let time = TimePanelBlueprint::new().with_state(PanelState::Collapsed).with_timeline(TimelineName(TIME.into()));
-        stream.log("time_panel", &time)?;
-        let messages = storage.take();
-        let store = messages.iter().map(LogMsg::store_id).next().cloned();
-        if let Some(store) = store {
-            recording.send_blueprint(messages, BlueprintActivationCommand::make_active(store));
-        }
-        Ok(())
+        finish(recording, &stream, &storage, &time)
     }
 
-    fn scene_view(&self, stream: &RecordingStream) -> rerun::RecordingStreamResult<()> {
+    fn scene_view(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         let path = view_path(0);
         view(stream, &path, "3D", self.scene, WORLD)?;
         let [r, g, b] = self.background.map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8);
@@ -114,7 +135,7 @@ impl Layout<'_> {
         Ok(())
     }
 
-    fn plots(&self, stream: &RecordingStream) -> rerun::RecordingStreamResult<()> {
+    fn plots(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         let mut parts = Vec::new();
         for (i, curves) in self.curves.iter().enumerate() {
             let path = view_path(1 + i as u128);
@@ -139,7 +160,7 @@ pub(super) fn view(
     class: &str,
     title: &str,
     origin: &str,
-) -> rerun::RecordingStreamResult<()> {
+) -> RecordingStreamResult<()> {
     let contents = ViewContents::new([QueryExpression("$origin/**".into())]);
     stream.log(format!("{path}/ViewContents"), &contents)?;
     let view = ViewBlueprint::new(ViewClass(class.into()))

@@ -4,8 +4,9 @@ pub(crate) mod plots;
 mod suites;
 mod tables;
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
+use super::document;
 use super::number::maybe;
 use super::parts::command;
 use super::scatter::figure;
@@ -39,46 +40,35 @@ pub(crate) fn html(page: &Page<'_>) -> String {
         many => format!("Study of {} cases", many.len()),
     };
     let is_one = page.cases.len() == 1;
-    let markup = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (title) }
-                style { (PreEscaped(include_str!("../style.css"))) }
+    let body = html! {
+        header {
+            h1 { (title) }
+            @if !is_one { p.lead { "All gates of " (green) " of " (page.cases.len()) " cases hold." } }
+            p { (page.machine) ", cosplat " (page.version) }
+        }
+        @if !is_one {
+            nav { @for case in page.cases { a href={ "#" (case.name) } { (case.name) } } }
+        }
+        main {
+            @if !is_one { (matrix(page.cases)) }
+            @if !page.catalogue.is_empty() {
+                section id="catalogue" { h2 { "Published cases" } (catalogue(page)) }
             }
-            body {
-                header {
-                    h1 { (title) }
-                    @if !is_one { p.lead { "All gates of " (green) " of " (page.cases.len()) " cases hold." } }
-                    p { (page.machine) ", cosplat " (page.version) }
+            @for case in page.cases {
+                section id=(case.name) {
+                    @if !is_one { h2 { (case.title) } }
+                    (self::case(case))
                 }
-                @if !is_one {
-                    nav { @for case in page.cases { a href={ "#" (case.name) } { (case.name) } } }
-                }
-                main {
-                    @if !is_one { (matrix(page.cases)) }
-                    @if !page.catalogue.is_empty() {
-                        section id="catalogue" { h2 { "Published cases" } (catalogue(page)) }
-                    }
-                    @for case in page.cases {
-                        section id=(case.name) {
-                            @if !is_one { h2 { (case.title) } }
-                            (self::case(case))
-                        }
-                    }
-                    section id="again" {
-                        h2 { "How to do it again" }
-                        pre { code { (command(page.command)) } }
-                        p { "Runs that are there already are kept: remove the folder of the study to measure their times again." }
-                    }
-                }
-                footer { "Every number on this page was measured in the runs that it describes. SI units; errors are relative. Times are wall times inside the windows: starting processes and setting them up is not in them." }
+            }
+            section id="again" {
+                h2 { "How to do it again" }
+                pre { code { (command(page.command)) } }
+                p { "Runs that are there already are kept: remove the folder of the study to measure their times again." }
             }
         }
+        footer { "Every number on this page was measured in the runs that it describes. SI units; errors are relative. Times are wall times inside the windows: starting processes and setting them up is not in them." }
     };
-    markup.into_string()
+    document(&title, &body)
 }
 
 /// One line a published case: what answers it, or why nothing does.

@@ -1,7 +1,8 @@
 //! Pages of the suites: the map of extreme settings, and the negative controls.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
+use super::super::document;
 use super::super::number::maybe;
 use super::super::parts::command;
 use super::super::tables::table;
@@ -92,25 +93,14 @@ pub(crate) fn ablation(page: &Page<'_>, scene: &str, found: &[Worth]) -> String 
 }
 
 fn whole(page: &Page<'_>, title: &str, lead: &str, body: &Markup) -> String {
-    let markup = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (title) }
-                style { (PreEscaped(include_str!("../style.css"))) }
-            }
-            body {
-                header { h1 { (title) } p.lead { (lead) } p { (page.machine) ", cosplat " (page.version) } }
-                main {
-                    (body)
-                    section id="again" { h2 { "How to do it again" } pre { code { (command(page.command)) } } }
-                }
-            }
+    let body = html! {
+        header { h1 { (title) } p.lead { (lead) } p { (page.machine) ", cosplat " (page.version) } }
+        main {
+            (body)
+            section id="again" { h2 { "How to do it again" } pre { code { (command(page.command)) } } }
         }
     };
-    markup.into_string()
+    document(title, &body)
 }
 
 fn class(how: Behaviour) -> &'static str {
