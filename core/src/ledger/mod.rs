@@ -2,8 +2,8 @@
 //!
 //! `transfer_defect` compares what one host sent with what the other handed to its solver: it must be exactly zero.
 //! `closure` compares the change of each solver's momentum, summed over its own state, with all impulses that explain
-//! it; an echo of what was sent could not pass it. `moment_closure` compares the moments that a solver books with those
-//! that its partner's host computed from what the body showed.
+//! it; an echo of what was sent could not pass it. `moment_closure` compares the moments that both sides book with those
+//! that the responder's host computed from what the body showed.
 
 mod book;
 
