@@ -7,7 +7,7 @@ mod refused;
 use common::{brick, files};
 use cosplat_mesh::Fault;
 use cosplat_mesh::format::Beside;
-use refused::{Case, check, cut, put};
+use refused::{Case, check, cut, put, turn};
 use serde_json::{Value, json};
 
 /// A document with one thing changed.
@@ -26,6 +26,7 @@ fn changed(pointer: &str, value: Value) -> Vec<u8> {
 #[expect(clippy::too_many_lines, reason = "it is a table")]
 #[test]
 fn gltf_by_name() {
+    let turn = turn();
     let mesh = brick([0.0; 3], [1.0; 3]);
     let glb = || files::glb(&files::document(&mesh), &files::buffer(&mesh));
     let copies = |n: usize| json!((0..n).map(|_| json!({"mesh": 0})).collect::<Vec<_>>());
@@ -39,6 +40,7 @@ fn gltf_by_name() {
     let word = |at, value: u32| put(glb(), at, &value.to_le_bytes());
     let no_number = put(files::buffer(&mesh), 4, &f32::NAN.to_le_bytes());
     check(
+        &turn,
         vec![
             ("a length beyond the end", "glb", word(8, u32::MAX), Fault::Truncated, "4294967295 bytes"),
             ("a length of nothing", "glb", word(8, 0), Fault::Header, "first chunk"),
@@ -202,6 +204,7 @@ fn with_uri(uri: &str) -> Vec<u8> {
 
 #[test]
 fn no_document_reads_what_is_not_beside_it() {
+    let turn = turn();
     let folder = tempfile::tempdir().unwrap();
     let (inside, secret) = (folder.path().join("inside"), folder.path().join("secret.bin"));
     std::fs::create_dir(&inside).unwrap();
@@ -228,5 +231,5 @@ fn no_document_reads_what_is_not_beside_it() {
         std::os::unix::fs::symlink(&secret, inside.join("link.bin")).unwrap();
         cases.push(("a link to elsewhere", "gltf", with_uri("link.bin"), Fault::Io, "a link to a file elsewhere"));
     }
-    check(cases, Beside::Folder(&inside));
+    check(&turn, cases, Beside::Folder(&inside));
 }

@@ -7,7 +7,7 @@ mod refused;
 use common::{brick, files};
 use cosplat_mesh::Fault;
 use cosplat_mesh::format::Beside;
-use refused::{check, cut, put};
+use refused::{check, cut, put, turn};
 
 /// A text with words replaced by others.
 fn replaced(bytes: &[u8], from: &str, to: &str) -> Vec<u8> {
@@ -23,10 +23,12 @@ fn replaced_bytes(bytes: &[u8], from: &[u8], to: &[u8]) -> Vec<u8> {
 
 #[test]
 fn stl_by_name() {
+    let turn = turn();
     let mesh = brick([0.0; 3], [1.0; 3]);
     let (binary, text) = (|| files::stl_binary(&mesh, "a thing"), || files::stl_text(&mesh));
     let nan = f32::NAN.to_le_bytes();
     check(
+        &turn,
         vec![
             ("cut inside a triangle", "stl", cut(binary(), 7), Fault::Truncated, "triangles: 684 bytes are promised"),
             ("cut inside the header", "stl", cut(binary(), 620), Fault::Truncated, "header: 84 bytes"),
@@ -79,6 +81,7 @@ fn stl_by_name() {
 #[expect(clippy::too_many_lines, reason = "it is a table")]
 #[test]
 fn ply_by_name() {
+    let turn = turn();
     let mesh = brick([0.0; 3], [1.0; 3]);
     let (text, little) = (|| files::ply(&mesh, "ascii"), || files::ply(&mesh, "binary_little_endian"));
     let big = || files::ply(&mesh, "binary_big_endian");
@@ -86,6 +89,7 @@ fn ply_by_name() {
     let body = little().windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
     let faces = little().len() - 12 * 13;
     check(
+        &turn,
         vec![
             ("no end of the header", "ply", text()[..100].to_vec(), Fault::Header, "header"),
             (
@@ -209,6 +213,7 @@ fn ply_by_name() {
 
 #[test]
 fn obj_by_name() {
+    let turn = turn();
     // A spiral of many turns, and a comb whose teeth cross: the cutter finds no ear for long.
     let comb = |n: usize, times: usize| {
         let corner = |k: usize| format!("v {} {} 0\n", k * 7919 % n, k * 6007 % n);
@@ -218,6 +223,7 @@ fn obj_by_name() {
     };
     let text = |t: &str| t.as_bytes().to_vec();
     check(
+        &turn,
         vec![
             ("a coordinate that is no number", "obj", text("v 0 0 nan\n"), Fault::Value, "line 1: `nan`"),
             ("an infinite coordinate", "obj", text("v 0 1e999 0\n"), Fault::Value, "line 1: `1e999`"),

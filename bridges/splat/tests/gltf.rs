@@ -132,6 +132,7 @@ fn in_primitive() -> Vec<Case> {
 
 #[test]
 fn what_is_wrong_is_said() {
+    let turn = refusal::turn();
     let good = glb(&some_splats(3, 1, 7));
     let many = |d: &mut Value| {
         let one = d["meshes"][0]["primitives"][0].clone();
@@ -153,10 +154,10 @@ fn what_is_wrong_is_said() {
         case("no document", Fault::Header, "JSON", |d| *d = json!([1])),
     ]);
     let one = |bytes: &[u8], ending: &str| read(bytes, Some(ending)).map(|_| ()).map_err(|e| (e.fault, e.to_string()));
-    refusal::check(cases, ALLOWED, one);
+    refusal::check(&turn, cases, ALLOWED, one);
     // Much of little is read, and takes no more memory than it may.
     let nodes = changed(|d| d["nodes"] = Value::Array(vec![json!({}); 20_000]));
-    assert!(refusal::bounded(nodes.len(), ALLOWED, || read(&nodes, None)).is_ok());
+    assert!(refusal::bounded(&turn, nodes.len(), ALLOWED, || read(&nodes, None)).is_ok());
 }
 
 #[test]

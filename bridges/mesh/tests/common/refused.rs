@@ -7,6 +7,8 @@ mod refusal;
 
 use cosplat_mesh::format::{Beside, read};
 use cosplat_mesh::{Fault, MeshError};
+use refusal::Turn;
+pub(crate) use refusal::turn;
 
 /// Memory for 2²⁰ vertices and indices, which documents may show by their nodes, and for each byte of a file: `{},` in a
 /// list of a document becomes a node of 400 bytes.
@@ -15,13 +17,15 @@ const ALLOWED: refusal::Allowed = refusal::Allowed { free: 48 << 20, each: 200 }
 pub(crate) type Case = refusal::Case<Fault>;
 
 /// Every case is refused for the right reason.
-pub(crate) fn check(cases: Vec<Case>, beside: Beside<'_>) {
-    refusal::check(cases, ALLOWED, |bytes, ending| decode(bytes, ending, beside).map_err(|e| (e.fault, e.to_string())));
+pub(crate) fn check(turn: &Turn, cases: Vec<Case>, beside: Beside<'_>) {
+    refusal::check(turn, cases, ALLOWED, |bytes, ending| {
+        decode(bytes, ending, beside).map_err(|e| (e.fault, e.to_string()))
+    });
 }
 
 /// Reads within bounds; whether there was an error is for the caller.
 pub(crate) fn survive(bytes: &[u8], ending: &str, beside: Beside<'_>) -> Result<(), MeshError> {
-    let result = refusal::bounded(bytes.len(), ALLOWED, || decode(bytes, ending, beside));
+    let result = refusal::bounded(&turn(), bytes.len(), ALLOWED, || decode(bytes, ending, beside));
     result.inspect_err(|error| refusal::assert_plain(&error.to_string()))
 }
 

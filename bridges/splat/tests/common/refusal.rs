@@ -3,15 +3,23 @@
 #![allow(dead_code, reason = "every test file is a program of its own and uses a part")]
 
 use std::fmt::Debug;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use peak_alloc::PeakAlloc;
 
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
-/// Memory is counted for the whole process: who looks at it takes turns.
 static TURN: Mutex<()> = Mutex::new(());
+
+/// Memory is counted for the whole process, so a test takes its turn before it makes its files: some are large while
+/// they are made, and would count for a reader in another thread.
+pub(crate) struct Turn(MutexGuard<'static, ()>);
+
+/// Waits until no other test of the program has its turn.
+pub(crate) fn turn() -> Turn {
+    Turn(TURN.lock().unwrap_or_else(PoisonError::into_inner))
+}
 
 /// Longest time that a reader may take over a small file, and how often it is tried when the machine may have been busy.
 const LIMIT: Duration = Duration::from_secs(1);
@@ -30,8 +38,7 @@ pub(crate) struct Allowed {
 pub(crate) type Case<F> = (&'static str, &'static str, Vec<u8>, F, &'static str);
 
 /// Reads a file of that length, soon and within the allowed memory.
-pub(crate) fn bounded<T>(length: usize, allowed: Allowed, read: impl Fn() -> T) -> T {
-    let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+pub(crate) fn bounded<T>(_turn: &Turn, length: usize, allowed: Allowed, read: impl Fn() -> T) -> T {
     MEMORY.reset_peak_usage();
     let before = MEMORY.current_usage();
     let timed = || {
@@ -52,13 +59,14 @@ pub(crate) fn assert_plain(error: &str) {
 
 /// Every case is refused for the right reason; all that are not are shown. `read` gives the fault and the error.
 pub(crate) fn check<F: Debug + PartialEq>(
+    turn: &Turn,
     cases: Vec<Case<F>>,
     allowed: Allowed,
     read: impl Fn(&[u8], &str) -> Result<(), (F, String)>,
 ) {
     let mut wrong = Vec::new();
     for (name, ending, bytes, fault, part) in cases {
-        match bounded(bytes.len(), allowed, || read(&bytes, ending)) {
+        match bounded(turn, bytes.len(), allowed, || read(&bytes, ending)) {
             Ok(()) => wrong.push(format!("{name}: no error")),
             Err((found, error)) if found != fault || !error.contains(part) => {
                 wrong.push(format!("{name}: {found:?} {error}, not {fault:?} with `{part}`"));
