@@ -7,7 +7,7 @@ use crate::plan::{InterfaceId, LeftOut, ParticipantId, StreamId};
 use crate::plugin::Report;
 
 /// Version of the whole protocol, control and data.
-pub const PROTOCOL: u16 = 3;
+pub const PROTOCOL: u16 = 4;
 
 /// First incarnation of a run's coordinator; each one that resumes the run counts up.
 pub const FIRST_EPOCH: u32 = 1;

@@ -185,12 +185,14 @@ fn rise(summary: &Summary, moved: f64) -> Option<Estimate> {
     if moved <= 0.0 {
         return None;
     }
-    let value = (total.max_j - total.initial_j.unwrap_or(total.first_j)).max(0.0) / moved;
+    let start = total.initial_j.unwrap_or(total.first_j);
+    let value = (total.max_unsupplied_j - start).max(0.0) / moved;
     let meaning = format!(
-        "the total energy rose by {} of what moved: wind and driven bodies do that, and a coupling that feeds the motion",
+        "the total energy rose by {} of what moved above what was supplied from outside: a coupling that feeds the motion \
+         does that, and errors of the solvers",
         percent(value)
     );
-    let remedy = "where nothing drives the scene: halve `clock.window`, or take a serial scheme, which waits instead";
+    let remedy = "halve `clock.window`, or take a serial scheme, which waits instead";
     Some(estimate("rise of the energy", "total", [value, RISE], meaning, remedy))
 }
 
@@ -258,6 +260,7 @@ mod tests {
             initial_j: Some(start),
             min_j: least,
             max_j: most,
+            max_unsupplied_j: most,
             ..Energy::default()
         };
         summary.energy = vec![energy("left", [1.0, 0.0, 2.0]), energy("total", [1.0, 0.9, 1.1])];

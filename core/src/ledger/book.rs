@@ -123,6 +123,7 @@ impl Ledger {
             kinetic_j: done.report.energy.kinetic_j,
             potential_j: done.report.energy.potential_j,
             dissipated_j: done.report.energy.dissipated_j,
+            supplied_j: done.report.supplied_j,
             momentum: now.linear,
             closure: relative(norm(open), self.scale),
             angular_closure: relative(norm(angular), self.angular_scale),

@@ -37,6 +37,8 @@ pub struct SolverRecord {
     pub potential_j: f64,
     /// Dissipated since t = 0 \[J\].
     pub dissipated_j: f64,
+    /// Supplied from outside in this window \[J\].
+    pub supplied_j: f64,
     /// Linear momentum \[kg m/s\].
     pub momentum: [f64; 3],
     /// `|ΔP − ΣJ_in + ΣJ_out − J_external|` over the run's largest Σ m|v| so far.

@@ -194,6 +194,7 @@ fn merge_report(into: &mut Report, from: Report, first: bool) {
     into.substep_bound_by = from.substep_bound_by;
     into.bodies = from.bodies;
     into.external = into.external.plus(from.external);
+    into.supplied_j += from.supplied_j;
     into.energy = from.energy;
     into.probes = from.probes;
     for (name, n) in from.counters {

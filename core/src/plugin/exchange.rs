@@ -127,6 +127,10 @@ pub struct Report {
     /// Impulse from outside the coupled system in this step (gravity, walls, springs to the world), about the world
     /// origin; computed from the forces, not from the momentum it explains.
     pub external: Wrench,
+    /// Energy from outside the coupled system in this step \[J\]: work of influences that have no potential energy, of
+    /// what moves as told in advance, and the energy of what enters less that of what leaves. What friction on walls
+    /// takes is dissipated.
+    pub supplied_j: f64,
     /// Energies at the end of the step.
     pub energy: Energy,
     /// Own view of each interface.

@@ -61,6 +61,7 @@ fn done() -> Envelope<Up> {
         substep_bound_by: "wave of `mud`".to_owned(),
         bodies: vec![body],
         external: Wrench { linear: [0.0, 0.0, -9.81], angular: [3.1, 3.2, 3.3] },
+        supplied_j: 0.75,
         energy: Energy { kinetic_j: 4.1, potential_j: -4.2, dissipated_j: 4.3 },
         interfaces: vec![interface],
         counters: BTreeMap::from([("clamped".to_owned(), 3), ("overflow".to_owned(), u64::MAX)]),

@@ -18,10 +18,11 @@ use super::replace;
 const WINDOW: [&str; 4] = ["window", "time_s", "state_hash", "total_energy_j"];
 
 /// Columns of a solver.
-const SOLVER: [&str; 11] = [
+const SOLVER: [&str; 12] = [
     "kinetic_j",
     "potential_j",
     "dissipated_j",
+    "supplied_j",
     "momentum_x",
     "momentum_y",
     "momentum_z",
@@ -159,9 +160,12 @@ fn header(plan: &Plan) -> Vec<String> {
     header
 }
 
-fn solver_numbers(s: &SolverRecord) -> [f64; 9] {
+fn solver_numbers(s: &SolverRecord) -> [f64; 10] {
     let [x, y, z] = s.momentum;
-    [s.kinetic_j, s.potential_j, s.dissipated_j, x, y, z, s.closure, s.angular_closure, s.moment_closure]
+    let stays = [s.kinetic_j, s.potential_j, s.dissipated_j, s.supplied_j];
+    let [kinetic, potential, dissipated, supplied] = stays;
+    let [closure, angular, moment] = [s.closure, s.angular_closure, s.moment_closure];
+    [kinetic, potential, dissipated, supplied, x, y, z, closure, angular, moment]
 }
 
 fn interface_numbers(i: &InterfaceRecord) -> [f64; 12] {

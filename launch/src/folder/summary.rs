@@ -182,6 +182,13 @@ pub(crate) struct Energy {
     pub(crate) max_j: f64,
     /// Lost to friction, damping and plasticity since t = 0 [J].
     pub(crate) dissipated_j: f64,
+    /// Given from outside since t = 0 [J]: by wind, kicks, pulled pins, driven bodies, and what flowed in less what flowed
+    /// out.
+    pub(crate) supplied_j: f64,
+    /// Largest after any window of what is left when that is taken off [J]: above the start, it came from nowhere.
+    pub(crate) max_unsupplied_j: f64,
+    /// The same with what was dissipated [J]: where every loss is measured by itself, this stays at the start.
+    pub(crate) max_balance_j: f64,
 }
 
 /// A thing not started, computed, sent or written.

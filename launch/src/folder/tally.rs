@@ -163,14 +163,22 @@ impl Tally {
     }
 
     fn energies(&mut self, record: &WindowRecord) {
-        let own = record.solvers.iter().map(|s| (s.kinetic_j + s.potential_j, s.dissipated_j));
+        let own = record.solvers.iter().map(|s| [s.kinetic_j + s.potential_j, s.dissipated_j, s.supplied_j]);
         let links = record.interfaces.iter().zip(&self.is_link).filter(|(_, is_link)| **is_link);
         let dissipated = record.solvers.iter().map(|s| s.dissipated_j).sum();
-        let parts = own.chain(links.map(|(i, _)| (i.stored_j, 0.0))).chain([(record.total_energy_j, dissipated)]);
-        for (part, (value, dissipated_j)) in self.energy.iter_mut().zip(parts) {
+        let supplied = record.solvers.iter().map(|s| s.supplied_j).sum();
+        let total = [record.total_energy_j, dissipated, supplied];
+        let parts = own.chain(links.map(|(i, _)| [i.stored_j, 0.0, 0.0])).chain([total]);
+        for (part, [value, dissipated_j, supplied_j]) in self.energy.iter_mut().zip(parts) {
+            part.supplied_j += supplied_j;
+            let unsupplied = value - part.supplied_j;
+            let balance = unsupplied + dissipated_j;
             if record.window == 0 {
                 (part.first_j, part.min_j, part.max_j) = (value, value, value);
+                (part.max_unsupplied_j, part.max_balance_j) = (unsupplied, balance);
             }
+            part.max_unsupplied_j = part.max_unsupplied_j.max(unsupplied);
+            part.max_balance_j = part.max_balance_j.max(balance);
             part.final_j = value;
             part.min_j = part.min_j.min(value);
             part.max_j = part.max_j.max(value);

@@ -30,18 +30,22 @@ pub(super) fn energy(summary: &Summary) -> Option<Markup> {
         ("Smallest [J]", "n"),
         ("Largest [J]", "n"),
         ("Dissipated [J]", "n"),
+        ("Supplied [J]", "n"),
+        ("Largest balance [J]", "n"),
     ];
     let rows: Vec<_> = summary
         .energy
         .iter()
         .map(|e| {
-            let values = [e.final_j, e.min_j, e.max_j, e.dissipated_j];
+            let values = [e.final_j, e.min_j, e.max_j, e.dissipated_j, e.supplied_j, e.max_balance_j];
             let first = [html! { code { (e.name) } }, html! { (maybe(e.initial_j)) }];
             first.into_iter().chain(values.map(|v| html! { (quantity(v)) })).collect()
         })
         .collect();
     let text = "Kinetic and potential, and what links between processes store. Dissipated is what friction, damping and \
-                plasticity took since t = 0.";
+                plasticity took since t = 0, supplied what came from outside: wind, kicks, what is driven, what flows in. The \
+                balance is energy and dissipated less supplied: where every loss is measured by itself it stays at the \
+                start, and nothing may raise it.";
     (!rows.is_empty()).then(|| html! { p { (text) } (table(&head, rows)) })
 }
 

@@ -170,12 +170,12 @@ fn energy_drift(summary: &Summary, scale: Option<f64>) -> Option<f64> {
     (scale > 0.0).then(|| deviation / scale)
 }
 
-/// Largest rise of the total energy above its start, over a scale \[J\] or over the start itself.
+/// Largest rise of the total energy above its start and what was supplied, over a scale \[J\] or over the start itself.
 fn energy_rise(summary: &Summary, scale: Option<f64>) -> Option<f64> {
     let total = summary.energy.iter().find(|e| e.name == "total")?;
     let start = total.initial_j.unwrap_or(total.first_j);
     let scale = scale.unwrap_or(start.abs());
-    (scale > 0.0).then(|| (total.max_j - start).max(0.0) / scale)
+    (scale > 0.0).then(|| (total.max_unsupplied_j - start).max(0.0) / scale)
 }
 
 /// The worst of all interfaces; without interfaces, the worst closure of a process.

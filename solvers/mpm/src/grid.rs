@@ -1,5 +1,7 @@
 //! The grid between the two transfers: sum of the tiles, outside influences.
 
+use cosplat_core::boundary::{add, dot, sub};
+
 use crate::parts::for_parts;
 use crate::push::Push;
 use crate::real::{Lanes, Real};
@@ -26,6 +28,8 @@ pub(crate) struct Group {
     pub(crate) used: bool,
     /// Outside influences.
     pub(crate) pushed: Tally,
+    /// Work of those without a potential energy \[J\].
+    pub(crate) supplied: f64,
 }
 
 /// Mass below which a node is empty, as a share of the lightest particle. Momentum and mass of a node shrink with the
@@ -87,7 +91,7 @@ impl<R: Real> Grid<R> {
                 group.used |= used;
                 if used {
                     let entry = topology.entries[first + i];
-                    velocities::<R>(nodes, step, entry.at, entry.body as usize, push, &mut group.pushed);
+                    velocities::<R>(nodes, step, entry.at, entry.body as usize, push, group);
                 }
             }
         });
@@ -118,8 +122,9 @@ fn velocities<R: Real>(
     at: [i32; 3],
     body: usize,
     push: &Push,
-    pushed: &mut Tally,
+    group: &mut Group,
 ) {
+    let weight = push.weight[body];
     let still = push.fields.is_empty() && push.uniform[body].iter().all(|a| a.abs() < f64::MIN_POSITIVE);
     for (n, node) in nodes.iter_mut().enumerate() {
         let [px, py, pz, m] = node.array();
@@ -135,7 +140,9 @@ fn velocities<R: Real>(
         let x = node_position(at, n, step.dx);
         let change = push.at(body, x);
         let after = [0, 1, 2].map(|k| R::of(v[k].f64() + change[k]));
-        pushed.change(m.f64(), x, v.map(R::f64), after.map(R::f64));
+        let (v, m64) = (v.map(R::f64), m.f64());
+        group.pushed.change(m64, x, v, after.map(R::f64));
+        group.supplied += 0.5 * m64 * dot(sub(change, weight), add(v, after.map(R::f64)));
         *node = R::V::from_array([after[0], after[1], after[2], m]);
     }
 }

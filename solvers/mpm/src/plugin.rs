@@ -271,6 +271,7 @@ impl<R: Real> Run<R> {
             substep_bound_by: books.bound.words(&self.model.names, &self.sim.setting.limits),
             bodies,
             external: books.external.wrench,
+            supplied_j: books.supplied,
             energy,
             interfaces,
             counters: counters.iter().map(|&(name, n)| (name.to_owned(), n)).collect::<BTreeMap<_, _>>(),

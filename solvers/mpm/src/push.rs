@@ -34,6 +34,8 @@ pub(crate) struct Action {
 pub(crate) struct Push {
     /// Change of velocity of each body \[m/s\].
     pub(crate) uniform: Vec<[f64; 3]>,
+    /// The part of it that is gravity's \[m/s\].
+    pub(crate) weight: Vec<[f64; 3]>,
     /// Fields with the time they act \[s\].
     pub(crate) fields: Vec<(Vec<bool>, Field, f64)>,
 }
@@ -41,7 +43,7 @@ pub(crate) struct Push {
 impl Push {
     /// Influences over `start..end` \[s\].
     pub(crate) fn new(actions: &[Action], bodies: usize, start: f64, end: f64) -> Self {
-        let mut push = Self { uniform: vec![[0.0; 3]; bodies], fields: Vec::new() };
+        let mut push = Self { uniform: vec![[0.0; 3]; bodies], weight: vec![[0.0; 3]; bodies], fields: Vec::new() };
         for action in actions {
             let seconds = (end.min(action.until) - start.max(action.from)).max(0.0);
             let change = match action.influence {
@@ -53,8 +55,12 @@ impl Push {
                 }
                 _ => continue,
             };
-            for (uniform, _) in push.uniform.iter_mut().zip(&action.bodies).filter(|(_, acts)| **acts) {
-                *uniform = add(*uniform, change);
+            let Self { uniform, weight, .. } = &mut push;
+            for i in (0..bodies).filter(|&i| action.bodies[i]) {
+                uniform[i] = add(uniform[i], change);
+                if action.gravity {
+                    weight[i] = add(weight[i], change);
+                }
             }
         }
         push

@@ -66,6 +66,8 @@ pub(crate) struct Setting<R: Real> {
 pub(crate) struct Books {
     /// Outside influences and walls.
     pub(crate) external: Tally,
+    /// Work of outside influences without a potential energy \[J\].
+    pub(crate) supplied: f64,
     /// Energy lost to plastic flow, viscosity and friction since the start of the run \[J\].
     pub(crate) dissipated: f64,
     /// Substeps.
@@ -252,6 +254,7 @@ impl<R: Real> Sim<R> {
         tiles.carry(&step, store, &setting.carries);
         for group in &grid.groups {
             course.books.external.add(&group.pushed);
+            course.books.supplied += group.supplied;
         }
         let (mut speed, mut rate, mut strayed) = (0.0_f64, 0.0_f64, false);
         for out in &tiles.out {

@@ -19,6 +19,8 @@ pub(crate) struct Stage<'a> {
     state: State,
     heard: Heard,
     external: Budget,
+    /// Work of influences without a potential energy \[J\].
+    supplied_j: f64,
     received: Vec<Budget>,
 }
 
@@ -26,7 +28,7 @@ impl<'a> Stage<'a> {
     /// Starts a step.
     pub(crate) fn new(model: &'a Model, state: &State, heard: Heard) -> Self {
         let received = vec![Budget::default(); model.couplings.len()];
-        Self { model, state: state.clone(), heard, external: Budget::default(), received }
+        Self { model, state: state.clone(), heard, external: Budget::default(), supplied_j: 0.0, received }
     }
 
     fn kick(&mut self, body: usize, impulse: V3) -> Budget {
@@ -55,6 +57,7 @@ impl<'a> Stage<'a> {
                 for &body in &influence.bodies {
                     let budget = self.kick(body, impulse);
                     self.external.add(budget);
+                    self.supplied_j += budget.work_j;
                 }
             }
         }
@@ -102,6 +105,11 @@ impl<'a> Stage<'a> {
 
         for (i, pull) in outside.iter().enumerate() {
             self.external.add(pull.over(length, start[i], &motion[i]));
+        }
+        for influence in model.influences.iter().filter(|f| f.acts_at(middle) && !f.is_gravity()) {
+            let works =
+                influence.bodies.iter().map(|&i| influence.force(model.bodies[i].mass).dot(&motion[i].displacement));
+            self.supplied_j += works.sum::<f64>();
         }
         for (spring, pull) in model.springs.iter().zip(&springs) {
             self.external.add(match spring.b {
@@ -164,6 +172,7 @@ impl<'a> Stage<'a> {
             substep_bound_by: "nothing: a step is exact at any length".into(),
             bodies,
             external: self.external.wrench,
+            supplied_j: self.supplied_j,
             energy,
             interfaces: interfaces.collect(),
             ..Report::default()

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use cosplat_core::boundary::{Vec3, scale};
+use cosplat_core::boundary::{Vec3, add, dot, scale};
 
 use crate::bond::Bond;
 use crate::contact::{Surface, Touch};
@@ -55,7 +55,9 @@ pub(crate) struct Books {
     pub(crate) bound_by_speed: bool,
     /// Gravity and other actions.
     pub(crate) driven: Tally,
-    /// Walls, pins and damping, which take energy; work of pins that move.
+    /// Work of the actions without a potential energy \[J\].
+    pub(crate) supplied: f64,
+    /// Walls, pins and damping; work of pins that move.
     pub(crate) held: Tally,
     /// Effect of each swarm on its own body.
     pub(crate) swarms: Vec<Tally>,
@@ -75,6 +77,10 @@ pub(crate) struct Desk {
     pub(crate) driven: Tally,
     /// Impulse of gravity and other actions on each vertex \[N s\].
     pub(crate) pushes: Vec<Vec3>,
+    /// Of it what has no potential energy, where there is any.
+    pub(crate) supplies: Vec<Vec3>,
+    /// Work of that \[J\].
+    pub(crate) supplied: f64,
     pub(crate) held: Tally,
     pub(crate) kicks: Vec<Tally>,
     /// Of one vertex.
@@ -96,6 +102,9 @@ impl Desk {
     ) {
         for ((vertex, &start), &impulse) in vertices.iter().zip(start).zip(&self.pushes) {
             self.driven.earn(impulse, [start, vertex.u]);
+        }
+        for ((vertex, &start), &impulse) in vertices.iter().zip(start).zip(&self.supplies) {
+            self.supplied += 0.5 * dot(impulse, add(start, vertex.u));
         }
         for ((impulses, share), tally) in kicks.zip(&mut self.kicks) {
             for ((vertex, &start), &impulse) in vertices.iter().zip(start).zip(impulses) {

@@ -224,6 +224,7 @@ fn outputs(model: &Model, course: &Course, residuals: &[f64], energy: Energy) ->
         substep_bound_by: model.bound(books.bound_by_speed),
         bodies: model.cloths.iter().map(|c| model.state(c)).collect(),
         external: books.driven.wrench.plus(books.held.wrench),
+        supplied_j: books.supplied + books.held.work,
         energy,
         interfaces,
         counters: counters.map(|(name, n)| (name.to_owned(), n)).into(),

@@ -36,6 +36,8 @@ pub(crate) struct Action {
 pub(crate) struct Push {
     /// Change of velocity of each body \[m/s\].
     uniform: Vec<Vec3>,
+    /// The part of it that is gravity's \[m/s\].
+    weight: Vec<Vec3>,
     /// Fields with the time they act \[s\].
     fields: Vec<(Vec<bool>, Field, f64)>,
     /// Air with the time it acts \[s\].
@@ -48,7 +50,8 @@ impl Push {
     /// Influences over `start..end` \[s\], and damping at a rate \[1/s\].
     pub(crate) fn new(actions: &[Action], bodies: usize, (start, end): (f64, f64), damping: f64) -> Self {
         let damped = -libm::expm1(-damping * (end - start));
-        let mut push = Self { uniform: vec![[0.0; 3]; bodies], damped, ..Self::default() };
+        let mut push =
+            Self { uniform: vec![[0.0; 3]; bodies], weight: vec![[0.0; 3]; bodies], damped, ..Self::default() };
         for action in actions {
             let seconds = (end.min(action.until) - start.max(action.from)).max(0.0);
             let change = match action.influence {
@@ -64,8 +67,12 @@ impl Push {
                 }
                 _ => continue,
             };
-            for (uniform, _) in push.uniform.iter_mut().zip(&action.bodies).filter(|(_, acts)| **acts) {
-                *uniform = add(*uniform, change);
+            let Self { uniform, weight, .. } = &mut push;
+            for i in (0..bodies).filter(|&i| action.bodies[i]) {
+                uniform[i] = add(uniform[i], change);
+                if action.gravity {
+                    weight[i] = add(weight[i], change);
+                }
             }
         }
         push
@@ -76,6 +83,16 @@ impl Push {
     pub(crate) fn at(&self, body: usize, x: Vec3) -> Vec3 {
         let fields = self.fields.iter().filter(|(bodies, ..)| bodies[body]);
         fields.fold(self.uniform[body], |sum, (_, field, seconds)| add(sum, scale(acceleration(field, x), *seconds)))
+    }
+
+    /// Whether anything acts that has no potential energy.
+    pub(crate) fn supplies(&self) -> bool {
+        self.has_wind() || !self.fields.is_empty() || self.uniform != self.weight
+    }
+
+    /// Change of velocity of a body by gravity \[m/s\].
+    pub(crate) fn weight(&self, body: usize) -> Vec3 {
+        self.weight[body]
     }
 
     /// Whether air moves past a body.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use cosplat_core::boundary::{Vec3, add, norm, scale};
+use cosplat_core::boundary::{Vec3, add, norm, scale, sub};
 use cosplat_core::plugin::{PluginError, Pulse, Signal};
 use rayon::prelude::*;
 
@@ -155,13 +155,14 @@ impl Sim {
         self.pull((now, now + h), &mut course.books.held);
         let setting = &self.setting;
         let push = Push::new(&setting.actions, setting.bodies, (now, now + h), setting.damping);
+        let supplies = push.supplies();
         // An impulse at once is taken in the first substep.
         let share = |kick: &Kick| if kick.spread { h / course.length } else { f64::from(u8::from(t <= 0.0)) };
         let given = std::mem::take(&mut course.kicks);
         let kicks: Vec<(&[Vec3], f64)> = given.iter().map(|k| (&k.impulse[..], share(k))).collect();
         for desk in desks.iter_mut() {
             *desk = Desk { kicks: vec![Tally::default(); kicks.len()], ..std::mem::take(desk) };
-            (desk.driven, desk.held, desk.count) = (Tally::default(), Tally::default(), 0);
+            (desk.driven, desk.held, desk.count, desk.supplied) = (Tally::default(), Tally::default(), 0, 0.0);
         }
         let start: Vec<Vec3> = self.vertices.iter().map(|v| v.u).collect();
         for i in 0..setting.iterations[0].max(setting.iterations[1]) {
@@ -169,6 +170,7 @@ impl Sim {
             let prepare = |b: usize, vertices: &mut [Vertex], desk: &mut Desk| {
                 let from = b * self.size;
                 desk.pushes.clear();
+                desk.supplies.clear();
                 for (k, vertex) in vertices.iter_mut().enumerate() {
                     let mut driven = pushed(vertex, self.owner[from + k] as usize, &push, desk);
                     if push.has_wind() {
@@ -178,6 +180,10 @@ impl Sim {
                         driven = add(driven, impulse);
                     }
                     desk.pushes.push(driven);
+                    if supplies {
+                        let weight = if vertex.w > 0.0 { vertex.mass } else { 0.0 };
+                        desk.supplies.push(sub(driven, scale(push.weight(self.owner[from + k] as usize), weight)));
+                    }
                     for (&(impulses, share), tally) in kicks.iter().zip(&mut desk.kicks) {
                         kick(vertex, scale(impulses[from + k], share), tally, &mut desk.held);
                     }
@@ -220,6 +226,7 @@ impl Sim {
         let books = &mut course.books;
         for desk in desks.iter() {
             books.driven.add(&desk.driven);
+            books.supplied += desk.supplied;
             books.held.add(&desk.held);
             books.touches += desk.count;
             for (sum, one) in books.kicks.iter_mut().zip(&desk.kicks) {

@@ -7,7 +7,7 @@ use cosplat_conformance::parts;
 use cosplat_core::boundary::{BoundaryState, Impulses, SampleStatics, add, dot, scale};
 use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{Inputs, PartnerInput, PartnerSetup, Plugin, SolverScene, ViewRole};
-use cosplat_core::scene::{Material, MotionRule, Source};
+use cosplat_core::scene::{ActionKind, Material, MotionRule, Source};
 
 const G: f64 = 9.81;
 /// Mass of the ball \[kg\].
@@ -58,7 +58,7 @@ impl Books {
 
     /// Notes a window; the energy of the sheet \[J\].
     fn note(&mut self, report: &cosplat_core::plugin::Report) -> f64 {
-        self.given += report.interfaces.iter().map(|i| i.work_j).sum::<f64>();
+        self.given += report.interfaces.iter().map(|i| i.work_j).sum::<f64>() + report.supplied_j;
         let (energy, taken) = (report.energy.kinetic_j + report.energy.potential_j, report.energy.dissipated_j);
         self.open = self.open.max((energy + taken - self.given - self.start).abs());
         self.highest = self.highest.max(taken);
@@ -90,6 +90,22 @@ fn a_pinned_sheet_that_swings_only_loses_energy() {
         // It falls by less than 0.1 m.
         books.check((2.0 * G * 0.1_f64).sqrt());
     }
+}
+
+#[test]
+fn a_sheet_in_the_wind_gains_no_more_than_the_wind_gives() {
+    let mut scene = sheet(4, false);
+    let wind = ActionKind::Wind { velocity_m_s: [1.0, 0.0, 6.0], air_density_kg_m3: 1.2, drag_coefficient: 1.1 };
+    scene.actions.push(parts::action(wind, 0.0, Some(0.2)));
+    let mut run = Run::new(scene);
+    let mut books = Books::new(&run);
+    for _ in 0..250 {
+        books.note(&run.step().report);
+    }
+    println!("{} J supplied", books.given);
+    // The dynamic pressure, 24 N/m², is five times the weight of the sheet, 4.9 N/m², and lifts it by centimetres.
+    assert!(books.given > 0.05, "{}", books.given);
+    books.check((2.0 * G * 0.1_f64).sqrt());
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What a scene is to this solver, and what changes in a run.
 
 use cosplat_core::plugin::{Influence, InfluenceKind, Moving, OwnView, hooks};
-use cosplat_core::rotation::angular_momentum;
+use cosplat_core::rotation::{angular_momentum, angular_velocity};
 use cosplat_core::scene::Motion;
 use cosplat_core::time::Clock;
 
@@ -51,6 +51,12 @@ pub(crate) struct State {
 }
 
 impl Body {
+    /// Kinetic energy \[J\].
+    pub(crate) fn kinetic(&self, moving: &Moving) -> f64 {
+        let omega = angular_velocity(&moving.turn, moving.spin, self.inverse);
+        0.5 * (self.mass * moving.velocity.norm_squared() + moving.spin.dot(&omega))
+    }
+
     /// Where a motion told in advance has it at time `t` \[s\], with its acceleration \[m/s²\].
     ///
     /// Twist: the origin of the source's frame goes straight, the body turns about it. Oscillation: `x0 + a sin(2π f t)`.

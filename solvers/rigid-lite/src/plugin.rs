@@ -89,6 +89,7 @@ impl Plugin for RigidLite {
         stage.check(step.window)?;
         let (taken, bound) = stage.finest();
         let mut report = report(model, &stage.state, end, &stage.external, &stage.received);
+        report.supplied_j = stage.supplied_j;
         report.substeps = taken;
         report.substep_bound_by = bound;
         let coupled = model.bodies.iter().enumerate().filter(|(_, b)| b.coupled);

@@ -12,10 +12,7 @@ use crate::{V3, plain};
 /// State and budgets at time `t` \[s\].
 pub(crate) fn report(model: &Model, state: &State, t: f64, external: &Budget, received: &[Budget]) -> Report {
     let pairs = || model.bodies.iter().zip(&state.bodies);
-    let kinetic = pairs().map(|(b, f)| {
-        let omega = angular_velocity(&f.turn, f.spin, b.inverse);
-        0.5 * (b.mass * f.velocity.norm_squared() + f.spin.dot(&omega))
-    });
+    let kinetic = pairs().map(|(b, f)| b.kinetic(f));
     let weights = model.influences.iter().filter(|i| i.acts_at(t) && i.is_gravity());
     let potential =
         weights.flat_map(|i| i.bodies.iter().map(|&b| -i.force(model.bodies[b].mass).dot(&state.bodies[b].position)));

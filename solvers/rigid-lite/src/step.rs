@@ -22,7 +22,9 @@ pub(crate) struct Given {
 /// What a push is booked under.
 #[derive(Clone, Copy, Debug)]
 enum Account {
-    External,
+    Gravity,
+    /// Without a potential energy.
+    Outside,
     View(usize),
 }
 
@@ -34,6 +36,8 @@ pub(crate) struct Stage<'a> {
     given: Vec<Option<Given>>,
     pub(crate) state: State,
     pub(crate) external: Budget,
+    /// Energy from outside, beside that of gravity \[J\].
+    pub(crate) supplied_j: f64,
     pub(crate) received: Vec<Budget>,
     /// Substeps of each body so far.
     taken: Vec<u64>,
@@ -50,6 +54,7 @@ impl<'a> Stage<'a> {
             step: *step,
             state: start.clone(),
             external: Budget::default(),
+            supplied_j: 0.0,
             received: vec![Budget::default(); model.views.len()],
             taken: vec![0; model.bodies.len()],
             fastest: (0.0, 0),
@@ -75,7 +80,9 @@ impl<'a> Stage<'a> {
             for &body in &influence.bodies {
                 let moving = &mut self.state.bodies[body];
                 let point = at.unwrap_or(moving.position);
-                self.external.add(kick(&self.model.bodies[body], moving, impulse, point, V3::zeros()));
+                let given = kick(&self.model.bodies[body], moving, impulse, point, V3::zeros());
+                self.supplied_j += given.work_j;
+                self.external.add(given);
             }
         }
         let mut planned = vec![0; self.model.bodies.len()];
@@ -110,7 +117,11 @@ impl<'a> Stage<'a> {
             let budgets = fly(body, &mut self.state.bodies[i], &pushes, length, planned[i], beat)?;
             for ((_, account), budget) in acting.iter().zip(budgets) {
                 match *account {
-                    Account::External => self.external.add(budget),
+                    Account::Gravity => self.external.add(budget),
+                    Account::Outside => {
+                        self.supplied_j += budget.work_j;
+                        self.external.add(budget);
+                    }
                     Account::View(view) => self.received[view].add(budget),
                 }
             }
@@ -127,7 +138,8 @@ impl<'a> Stage<'a> {
                 continue;
             }
             let lever = influence.hooks.map_or(Lever::Centre, |first| Lever::Hook(self.state.hooks[first + k]));
-            pushes.push((Push { force: influence.force(self.model.bodies[i].mass), lever }, Account::External));
+            let account = if influence.is_gravity() { Account::Gravity } else { Account::Outside };
+            pushes.push((Push { force: influence.force(self.model.bodies[i].mass), lever }, account));
         }
         for (v, _) in self.model.views.iter().enumerate().filter(|(_, view)| view.own == i) {
             if let Some(Given { linear, angular, spread: true }) = self.given[v] {
@@ -149,7 +161,8 @@ impl<'a> Stage<'a> {
             let after = body.driven(motion, end).0;
             self.state.bodies[i] = after;
             let change = after.momentum(body.mass).minus(before.momentum(body.mass));
-            let mut drive = Budget { wrench: change, work_j: 0.0 };
+            let gained = body.kinetic(&after) - body.kinetic(&before);
+            let mut drive = Budget { wrench: change, work_j: gained };
             for (v, _) in self.model.views.iter().enumerate().filter(|(_, view)| view.own == i) {
                 let Some(given) = self.given[v] else { continue };
                 // Work at the mean velocities of the step: exact for a steady twist.
@@ -161,8 +174,10 @@ impl<'a> Stage<'a> {
                 let work = given.linear.dot(&way) / self.step.length_s + turning.dot(&omega);
                 let taken = budget(given.linear, before.position.cross(&given.linear) + given.angular, work);
                 drive.wrench = drive.wrench.minus(taken.wrench);
+                drive.work_j -= taken.work_j;
                 self.received[v].add(taken);
             }
+            self.supplied_j += drive.work_j;
             self.external.add(drive);
         }
     }

@@ -19,19 +19,19 @@ impl Model {
     }
 
     /// Forces of outside influences on body `index` at time `t` \[s\]: force \[N\] and its lever arm in the principal
-    /// frame \[m\], where it does not act at the centre of mass.
+    /// frame \[m\], where it does not act at the centre of mass; whether it is gravity.
     pub(crate) fn forces<'a>(
         &'a self,
         hooks: &'a [V3],
         index: usize,
         t: f64,
-    ) -> impl Iterator<Item = (V3, Option<V3>)> + 'a {
+    ) -> impl Iterator<Item = (V3, Option<V3>, bool)> + 'a {
         self.influences.iter().filter(move |i| i.acts_at(t)).filter_map(move |i| {
             let k = i.bodies.iter().position(|&b| b == index)?;
             if matches!(i.kind, InfluenceKind::Kick(..)) {
                 return None;
             }
-            Some((i.force(self.bodies[index].mass), i.hooks.map(|first| hooks[first + k])))
+            Some((i.force(self.bodies[index].mass), i.hooks.map(|first| hooks[first + k]), i.is_gravity()))
         })
     }
 }

@@ -29,7 +29,9 @@ pub(crate) struct Given {
 /// What a force is booked under.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Account {
-    External,
+    Gravity,
+    /// Without a potential energy.
+    Outside,
     View(usize),
 }
 
@@ -66,6 +68,8 @@ pub(crate) struct Stage<'a> {
     pub(crate) world: &'a mut World,
     pub(crate) state: &'a mut State,
     pub(crate) external: Budget,
+    /// Energy from outside, beside that of gravity \[J\].
+    pub(crate) supplied_j: f64,
     pub(crate) received: Vec<Budget>,
     /// What contacts and joints gave each body.
     pub(crate) pushed: Vec<Pushed>,
@@ -104,6 +108,7 @@ impl<'a> Stage<'a> {
             world,
             state,
             external: Budget::default(),
+            supplied_j: 0.0,
             received,
             pushed: vec![Pushed::default(); model.bodies.len()],
             start_of_substep: start.clone(),
@@ -160,7 +165,8 @@ impl<'a> Stage<'a> {
             for &body in &influence.bodies {
                 let moving = &mut self.state.bodies[body];
                 let point = at.unwrap_or(moving.position);
-                self.external.add(kick(&self.model.bodies[body], moving, impulse, point, V3::zeros()));
+                let given = kick(&self.model.bodies[body], moving, impulse, point, V3::zeros());
+                self.supply(given);
             }
         }
     }
@@ -173,10 +179,10 @@ impl<'a> Stage<'a> {
         let mut acting: Vec<Acting> = self
             .model
             .forces(&self.state.hooks, i, middle)
-            .map(|(force, arm)| Acting {
+            .map(|(force, arm, is_gravity)| Acting {
                 force,
                 lever: arm.map_or(Lever::Centre, Lever::Hook),
-                account: Account::External,
+                account: if is_gravity { Account::Gravity } else { Account::Outside },
             })
             .collect();
         for (v, _) in self.model.views.iter().enumerate().filter(|(_, view)| view.own == i) {
@@ -228,7 +234,8 @@ impl<'a> Stage<'a> {
             let Some(motion) = &body.motion else { continue };
             let before = self.start[i];
             let after = body.driven(motion, end).0;
-            let mut drive = Budget { wrench: after.momentum(body.mass).minus(before.momentum(body.mass)), work_j: 0.0 };
+            let wrench = after.momentum(body.mass).minus(before.momentum(body.mass));
+            let mut drive = Budget { wrench, work_j: body.kinetic(&after) - body.kinetic(&before) };
             for (v, _) in self.model.views.iter().enumerate().filter(|(_, view)| view.own == i) {
                 let Some(given) = self.given[v] else { continue };
                 // Work at the mean velocities of the step: exact for a steady twist.
@@ -238,10 +245,17 @@ impl<'a> Stage<'a> {
                 let work = given.linear.dot(&way) / self.step.length_s + turning.dot(&omega);
                 let taken = budget(given.linear, before.position.cross(&given.linear) + given.angular, work);
                 drive.wrench = drive.wrench.minus(taken.wrench);
+                drive.work_j -= taken.work_j;
                 self.received[v].add(taken);
             }
-            self.external.add(drive);
+            self.supply(drive);
         }
+    }
+
+    /// Books what comes from outside and has no potential energy.
+    pub(crate) fn supply(&mut self, given: Budget) {
+        self.supplied_j += given.work_j;
+        self.external.add(given);
     }
 
     /// Counts something.

@@ -126,6 +126,12 @@ impl Body {
         (moving, acceleration)
     }
 
+    /// Kinetic energy \[J\].
+    pub(crate) fn kinetic(&self, moving: &Moving) -> f64 {
+        let twist = self.twist(moving);
+        0.5 * (self.mass * twist.linear.norm_squared() + moving.spin.dot(&twist.angular))
+    }
+
     /// Its velocities.
     pub(crate) fn twist(&self, moving: &Moving) -> Twist {
         let angular = cosplat_core::rotation::angular_velocity(&moving.turn, moving.spin, self.inverse);

@@ -91,9 +91,11 @@ impl Plugin for Rigid {
         let mut stage = Stage::new(model, world, state, given.clone(), step);
         let substeps = stage.run(pulse)?;
         let springs = stage.spring_energy();
-        let (external, received) = (stage.external, std::mem::take(&mut stage.received));
+        let (external, supplied_j) = (stage.external, stage.supplied_j);
+        let received = std::mem::take(&mut stage.received);
         let (pushed, counters) = (std::mem::take(&mut stage.pushed), std::mem::take(&mut stage.counters));
         let mut report = report(model, state, end, springs, &external, &received);
+        report.supplied_j = supplied_j;
         report.substeps = substeps;
         model.params.bound_by.clone_into(&mut report.substep_bound_by);
         report.counters = counters;

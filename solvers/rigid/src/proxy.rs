@@ -66,7 +66,7 @@ fn background(
     past: &Past,
 ) -> [V3; 2] {
     let (mut force, mut torque) = (V3::zeros(), V3::zeros());
-    for (f, arm) in model.forces(&state.hooks, index, t) {
+    for (f, arm, _) in model.forces(&state.hooks, index, t) {
         force += f;
         torque += arm.map_or_else(V3::zeros, |arm| (moving.turn * arm).cross(&f));
     }

@@ -17,10 +17,7 @@ pub(crate) fn report(
     received: &[Budget],
 ) -> Report {
     let pairs = || model.bodies.iter().zip(&state.bodies);
-    let kinetic = pairs().map(|(b, m)| {
-        let twist = b.twist(m);
-        0.5 * (b.mass * twist.linear.norm_squared() + m.spin.dot(&twist.angular))
-    });
+    let kinetic = pairs().map(|(b, m)| b.kinetic(m));
     let weights = model.influences.iter().filter(|i| i.acts_at(t) && i.is_gravity());
     let potential =
         weights.flat_map(|i| i.bodies.iter().map(|&b| -i.force(model.bodies[b].mass).dot(&state.bodies[b].position)));

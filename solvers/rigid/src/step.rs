@@ -92,10 +92,15 @@ impl Stage<'_> {
             let (va, wa) = mean(push.a);
             let (vb, wb) = push.b.map_or_else(Default::default, mean);
             taken -= push.impulse.dot(&(va - vb)) + push.couple.dot(&(wa - wb));
+            // What pushes and is moved, not pushed back, works at its own speed; the rest of the work is lost between.
             if push.b.is_none_or(|b| !self.is_free(b)) {
+                if self.is_free(push.a) {
+                    self.supplied_j += push.impulse.dot(&vb) + push.couple.dot(&wb);
+                }
                 let angular = push.point.cross(&push.impulse) + push.couple;
                 self.external.add(budget(push.impulse, angular, push.impulse.dot(&va) + push.couple.dot(&wa)));
             } else if !self.is_free(push.a) {
+                self.supplied_j -= push.impulse.dot(&va) + push.couple.dot(&wa);
                 let angular = push.point.cross(&push.impulse) + push.couple;
                 self.external.add(budget(-push.impulse, -angular, 0.0));
             }
@@ -155,7 +160,8 @@ impl Stage<'_> {
             let work = impulse.dot(&mean.linear) + turning.dot(&mean.angular);
             let booked = budget(impulse, (old.position + travelled).cross(&impulse) + turning, work);
             match one.account {
-                Account::External => self.external.add(booked),
+                Account::Gravity => self.external.add(booked),
+                Account::Outside => self.supply(booked),
                 Account::View(view) => self.received[view].add(booked),
             }
         }

@@ -3,7 +3,8 @@
 mod common;
 
 use common::{
-    G, STILL, above, advance, body, closure, collider, cube, momentum, on_floor, plane, play, rough, scene, start, tilt,
+    G, STILL, above, advance, body, closure, collider, cube, energy, momentum, on_floor, plane, play, rough, scene,
+    start, tilt,
 };
 use cosplat_conformance::parts::gravity;
 use cosplat_core::boundary::{BoundaryState, dot, norm, sub};
@@ -187,12 +188,17 @@ fn a_belt_carries_and_a_piston_lifts() {
     belt.motion = Some(Motion::Twist { linear_m_s: [0.5, 0.0, 0.2], angular_rad_s: STILL });
     scene.statics.push(belt);
     let (_, first) = start(&scene);
-    let mut before = first;
+    let (mut before, mut supplied) = (first.clone(), 0.0);
     let last = play(&scene, |_, report| {
         let open = closure(&before, report);
         assert!(open[0] < 1e-12 && open[1] < 1e-12, "{open:?}");
+        supplied += report.supplied_j;
         before = report.clone();
     });
+    let left = energy(&last) + last.energy.dissipated_j - energy(&first) - supplied;
+    println!("supplied {supplied} J, dissipated {} J, {left} J unexplained", last.energy.dissipated_j);
+    // Where it is caught and lifted, work is known to the weight times the way in a substep.
+    assert!(supplied > 2.0 && left.abs() < G * 0.2 / 480.0, "{supplied} {left}");
     let v = last.bodies[0].linear_velocity_m_s;
     assert!(norm(sub(v, [0.5, 0.0, 0.2])) < 1e-3, "{v:?}");
 }

@@ -28,6 +28,7 @@ impl Model {
             substep_bound_by: format!("max_substep_s: {:.3e} s, or a tenth of a radius", self.longest),
             bodies: self.bodies.iter().zip(&state.bodies).map(|(b, m)| body_state(b, m)).collect(),
             external: books.map_or(none, |b| b.external).wrench,
+            supplied_j: books.map_or(0.0, |b| b.supplied_j),
             energy: Energy {
                 kinetic_j: self.kinetic(state),
                 potential_j: potential_j.sum(),

@@ -30,6 +30,8 @@ pub(crate) struct Books {
     pub(crate) external: Budget,
     /// Work of influences \[J\].
     pub(crate) driven_j: f64,
+    /// Of it, the work of those without a potential energy \[J\].
+    pub(crate) supplied_j: f64,
     /// By view.
     pub(crate) received: Vec<Budget>,
     /// Of walls and other bodies on each body: impulse, and angular impulse about its centre.
@@ -60,6 +62,7 @@ pub(crate) fn run(
         substeps: count,
         external: Budget::default(),
         driven_j: 0.0,
+        supplied_j: 0.0,
         received: vec![Budget::default(); model.views.len()],
         pushed: vec![[V3::zeros(); 2]; model.bodies.len()],
         contacts: 0,
@@ -114,6 +117,9 @@ fn push(model: &Model, state: &mut State, [start, end]: [f64; 2], books: &mut Bo
             };
             let work_j = body.kick(moving, impulse, at);
             books.driven_j += work_j;
+            if !influence.is_gravity() {
+                books.supplied_j += work_j;
+            }
             let wrench = Wrench { linear: impulse.into(), angular: at.cross(&impulse).into() };
             books.external.add(Budget { wrench, work_j });
         }

@@ -186,6 +186,25 @@ fn row_sums(grid: &Grid, a: usize, cell: [isize; 3], values: &[f64]) -> (Wrench,
     (Wrench { linear, angular }, gross, squares)
 }
 
+/// Work of accelerations over the free faces, per mass and time, on a flow that has those velocities before and after.
+pub(crate) fn work(grid: &Grid, sides: Sides, push: &Faces, [before, after]: [&Faces; 2]) -> f64 {
+    let mut sum = 0.0;
+    for (a, push) in push.iter().enumerate() {
+        let mut range = grid.n.map(|n| [0, n as isize - 1]);
+        range[a] = free(grid, sides, a);
+        let len = (range[0][1] - range[0][0] + 1).max(0) as usize;
+        for z in range[2][0]..=range[2][1] {
+            for y in range[1][0]..=range[1][1] {
+                let row = grid.at([range[0][0], y, z]);
+                let row = row..row + len;
+                let mean = before[a][row.clone()].iter().zip(&after[a][row.clone()]).map(|(b, u)| 0.5 * (b + u));
+                sum += push[row].iter().zip(mean).map(|(f, u)| f * u).sum::<f64>();
+            }
+        }
+    }
+    sum
+}
+
 /// Sum over the free faces per value, with its moment about the origin, and the sums of sizes and of squares.
 ///
 /// Row by row, then plane by plane: a sum of so many terms would lose digits that its parts have.

@@ -15,7 +15,7 @@ use crate::model::Model;
 use crate::params::schema;
 use crate::partner::{Masses, answer, hear, masses};
 use crate::read::read;
-use crate::report::state;
+use crate::report::{potential, state};
 use crate::solids::Solids;
 use crate::step::{Books, Course, Scratch, stable};
 use crate::store::Store;
@@ -117,6 +117,7 @@ impl Plugin for Smoke {
             let what = format!("the smoke solver does not support: impulses at interface {}", input.interface);
             return Err(PluginError::Unsupported(what));
         }
+        let held = potential(&run.model, &run.store, step.start_s);
         let shown = follow(&mut run.model, &mut run.store, &mut run.scratch, inputs, step.start_s);
         let solids = hear(&run.model, &run.masses, inputs)?;
         let Run { model, store, scratch, pool, .. } = &mut *run;
@@ -126,7 +127,12 @@ impl Plugin for Smoke {
         // A pulse belongs to the calling thread: only chunks of the grid go to the pool.
         course.run(pulse, pool.as_ref())?;
         let (solids, books) = (course.solids, course.books);
-        Ok(run.outputs(start + length, &solids, books))
+        let pushed = books.pushed;
+        let mut outputs = run.outputs(start + length, &solids, books);
+        // Buoyancy takes what it gives from the potential energy. What is beyond that, a source, an open side or
+        // confinement gave.
+        outputs.report.supplied_j = pushed + outputs.report.energy.potential_j - held;
+        Ok(outputs)
     }
 
     fn visual(&self, body: &str) -> Option<VisualState> {

@@ -29,6 +29,12 @@ pub(crate) fn state(model: &Model, store: &Store, t: f64) -> (BodyState, Energy)
         gross_momentum: gross * mass,
         max_displacement_m: moved,
     };
+    (body, Energy { kinetic_j: 0.5 * squares * mass, potential_j: potential(model, store, t), dissipated_j: 0.0 })
+}
+
+/// Potential energy of the smoke against air at time `t` \[s\], in joules.
+pub(crate) fn potential(model: &Model, store: &Store, t: f64) -> f64 {
+    let mass = model.cell_mass();
     let gravity = model.gravity(t, t + f64::MIN_POSITIVE.max(1e-9));
     let mut potential = 0.0;
     let n = model.grid.n.map(|n| n as isize);
@@ -42,5 +48,5 @@ pub(crate) fn state(model: &Model, store: &Store, t: f64) -> (BodyState, Energy)
             }
         }
     }
-    (body, Energy { kinetic_j: 0.5 * squares * mass, potential_j: potential, dissipated_j: 0.0 })
+    potential
 }

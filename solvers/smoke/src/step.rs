@@ -4,7 +4,7 @@ use cosplat_core::boundary::{Vec3, Wrench, norm, scale};
 use cosplat_core::plugin::{PluginError, Pulse, Signal};
 
 use crate::confine::confine;
-use crate::flux::{Tensor, across_sides, add_tensor, sums};
+use crate::flux::{Tensor, across_sides, add_tensor, sums, work};
 use crate::grid::{Faces, Grid};
 use crate::march::{Parts, lifted, marched};
 use crate::model::Model;
@@ -28,6 +28,8 @@ const FASTEST: f64 = 100.0;
 pub(crate) struct Books {
     /// Walls, sides, buoyancy and confinement, about the origin.
     pub(crate) external: Wrench,
+    /// Work of buoyancy and confinement \[J\].
+    pub(crate) pushed: f64,
     /// Substeps.
     pub(crate) substeps: u64,
     /// Term that bound the last one.
@@ -228,6 +230,7 @@ impl Course<'_> {
         store.pressure.iter_mut().zip(&*q).for_each(|(p, q)| *p = q / by);
         let walls = scaled(projection.of_walls(q), mass);
         books.external = books.external.plus(convected).plus(pushed).plus(walls);
+        books.pushed += mass * dt * work(grid, sides, body, [before, &store.u]);
         books.take(solved, limit, tolerance);
         solids.book(grid, sides, &store.u, guess, mass, dt);
         pad_velocity(grid, sides, ambient, &mut store.u);

@@ -4,15 +4,17 @@
 //! are in no list and stay in their opening. A layer enters in each time in which the last one has moved on by a spacing,
 //! where it would be had it entered at its very moment, and is driven at its velocity until it has left the kernel's reach
 //! of the opening, so that a jet enters against pressure too. What a drain takes becomes such a particle again, in the
-//! middle of the drain. Momentum that comes, goes, or is given to what is driven is external.
+//! middle of the drain. Momentum that comes, goes, or is given to what is driven is external, and its energy is supplied.
 
 use std::ops::Range;
 
 use cosplat_core::boundary::{Vec3, Wrench, add, cross, dot, norm, scale, sub};
 use cosplat_core::scene::Opening;
 
+use crate::force::stored;
 use crate::lanes::Pack;
 use crate::model::Model;
+use crate::params::Pressure;
 use crate::sim::{Books, Course};
 use crate::store::{Listed, Store};
 
@@ -95,6 +97,20 @@ fn momentum(mass: f64, x: Vec3, v: Vec3) -> Wrench {
     Wrench { linear: p, angular: cross(x, p) }
 }
 
+/// Energy of a particle by itself at time `t` \[s\]: of its motion, its place and its compression \[J\].
+fn energy(model: &Model, store: &Store, i: usize, t: f64) -> f64 {
+    let id = store.id[i] as usize;
+    let (body, mass) = (model.body[id] as usize, model.mass[id]);
+    let liquid = &model.liquids[body];
+    let pressed = match model.params.pressure {
+        Pressure::Weak => stored(liquid.stiffness, liquid.rho, store.rho[i] / liquid.rho),
+        Pressure::Incompressible => 0.0,
+    };
+    let weight = model.gravity.iter().filter(|a| a.acts[body] && (a.from..=a.until).contains(&t));
+    let place: f64 = weight.map(|a| -dot(a.acceleration, store.x[i])).sum();
+    mass * (0.5 * dot(store.v[i], store.v[i]) + place + pressed)
+}
+
 impl Course<'_> {
     /// Lets in what enters by `time` \[s\] of the run.
     pub(crate) fn admit(&mut self, time: f64) {
@@ -113,6 +129,7 @@ impl Course<'_> {
                     store.v[i] = inflow.velocity;
                     store.x[i] = add(model.start[id], scale(inflow.velocity, time - inflow.enters(id)));
                     books.external = books.external.plus(momentum(model.mass[id], store.x[i], store.v[i]));
+                    books.supplied += energy(model, store, i, time);
                 }
             }
             books.entered += ids.len() as u64;
@@ -132,6 +149,7 @@ impl Course<'_> {
                     continue;
                 }
                 books.external = books.external.minus(momentum(model.mass[id], store.x[i], store.v[i]));
+                books.supplied -= energy(model, store, i, time);
                 books.drained += 1;
                 (store.rho[i], store.x[i], store.v[i]) = (0.0, drain.center, [0.0; 3]);
             }
@@ -155,8 +173,7 @@ pub(crate) fn drive(model: &Model, store: &mut Store, pack: &mut [Pack], books: 
             }
             let (mass, given) = (model.mass[id], sub(inflow.velocity, store.v[i]));
             books.external = books.external.plus(momentum(mass, store.x[i], given));
-            // What driving takes away is lost; what it gives is work from outside, which no book has.
-            store.dissipated -= (mass * dot(given, add(store.v[i], scale(given, 0.5)))).min(0.0);
+            books.supplied += mass * dot(given, add(store.v[i], scale(given, 0.5)));
             (store.v[i], pack.v) = (inflow.velocity, inflow.velocity);
         }
     }

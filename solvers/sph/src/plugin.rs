@@ -187,6 +187,7 @@ impl Run {
             substep_bound_by: books.bound,
             bodies,
             external: books.external,
+            supplied_j: books.supplied,
             energy,
             interfaces,
             counters: counters.iter().map(|&(name, n)| (name.to_owned(), n)).collect::<BTreeMap<_, _>>(),

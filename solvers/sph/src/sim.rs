@@ -29,6 +29,8 @@ const SERIAL_BELOW: usize = 2000;
 pub(crate) struct Books {
     /// Gravity and walls, about the origin.
     pub(crate) external: Wrench,
+    /// Energy of what entered and was driven, less that of what left \[J\].
+    pub(crate) supplied: f64,
     /// Substeps.
     pub(crate) substeps: u64,
     /// Term that bound the last one.

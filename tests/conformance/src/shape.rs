@@ -124,7 +124,8 @@ fn finite_report(r: &Report) -> bool {
         .interfaces
         .iter()
         .all(|i| finite_wrench(&i.received) && [i.gross, i.work_j, i.residual].iter().all(|v| v.is_finite()));
-    let energy = [r.energy.kinetic_j, r.energy.potential_j, r.energy.dissipated_j].iter().all(|v| v.is_finite());
+    let energies = [r.energy.kinetic_j, r.energy.potential_j, r.energy.dissipated_j, r.supplied_j];
+    let energy = energies.iter().all(|v| v.is_finite());
     bodies && interfaces && energy && finite_wrench(&r.external)
 }
 

@@ -117,6 +117,7 @@ impl Run {
             let who = (0..steps.len()).find(|&who| ready(who)).expect("somebody can go on");
             let outputs = self.step(who, window, &steps[who][at[who]]);
             explained[who] = explained[who].plus(outputs.report.external);
+            unexplained[who] -= outputs.report.supplied_j;
             for own in &outputs.report.interfaces {
                 explained[who] = explained[who].plus(own.received);
                 unexplained[who] -= own.work_j;

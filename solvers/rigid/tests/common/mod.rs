@@ -105,6 +105,11 @@ pub(crate) fn closure(before: &Report, after: &Report) -> [f64; 2] {
     [open[0] / linear, open[1] / angular]
 }
 
+/// Work of partners in a window \[J\].
+pub(crate) fn worked(report: &Report) -> f64 {
+    report.interfaces.iter().map(|i| i.work_j).sum()
+}
+
 pub(crate) fn energy(report: &Report) -> f64 {
     report.energy.kinetic_j + report.energy.potential_j
 }
