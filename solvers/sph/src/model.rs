@@ -98,6 +98,8 @@ pub(crate) struct Model {
     pub(crate) interfaces: Vec<InterfaceId>,
     /// Gravity.
     pub(crate) gravity: Vec<Gravity>,
+    /// Gravity times the height of all that is there at the start, `g H` \[m²/s²\].
+    pub(crate) head: f64,
     /// Where liquid enters and leaves.
     pub(crate) inflows: Vec<Inflow>,
     pub(crate) drains: Vec<Drain>,

@@ -44,7 +44,8 @@ pub(crate) fn schema() -> Value {
             "courant": number("exclusiveMinimum", "Courant number of sound over the smoothing length; default 0.5"),
             "max_substep_s": number("exclusiveMinimum", "Longest substep [s]"),
             "artificial_viscosity":
-                number("minimum", "Least viscosity, as rho alpha h c / 10, for stability; default alpha = 0.02"),
+                number("minimum", "Least viscosity, as rho alpha h c / 10, for stability; for dfsph c is ten times the speed \
+                                   of a fall through the liquid's height; default alpha = 0.02"),
             "density_diffusion": number("minimum", "delta of the density diffusion; default 0.1"),
             "pressure": {
                 "enum": ["dfsph", "wcsph"],

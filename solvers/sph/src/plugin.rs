@@ -17,7 +17,7 @@ use crate::partner::{Partners, Volumes, volumes};
 use crate::probe::Points;
 use crate::read::read;
 use crate::report::{quality, states};
-use crate::sim::{Books, Course, Scratch, stable};
+use crate::sim::{Books, Course, Motion, Scratch, stable};
 use crate::store::Store;
 
 /// The liquid solver.
@@ -58,7 +58,7 @@ impl Plugin for Sph {
             .transpose()
             .map_err(|e| PluginError::Environment(format!("{} threads: {e}", model.threads)))?;
         let speed = store.v.iter().map(|&v| cosplat_core::boundary::norm(v)).fold(0.0, f64::max);
-        let (dt, mut bound) = stable(&model, speed, 0.0);
+        let (dt, mut bound) = stable(&model, Motion { speed, acceleration: 0.0, pressed: model.head });
         if model.is_thick() {
             bound.push_str("; viscosity is implicit, as it would bind otherwise or is wanted so");
         }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use cosplat_core::boundary::{Vec3, add, norm, scale};
+use cosplat_core::boundary::{Vec3, add, dot, norm, scale};
 use cosplat_core::distance::{Placed, Shape, SignedDistance};
 use cosplat_core::plan::{BoundaryForm, LeftOut};
 use cosplat_core::plugin::{Descriptor, PluginError, Refusals, SolverScene, ViewRole};
@@ -16,7 +16,7 @@ use crate::kernel::Kernel;
 use crate::model::{Face, Gravity, Liquid, Model, Solid};
 use crate::params::{Params, Pressure, rough};
 use crate::shell::{Piece, shell};
-use crate::sim::stable;
+use crate::sim::{Motion, stable};
 use crate::store::{Listed, Store};
 
 /// Spacings that differ by less than this share are the same.
@@ -62,6 +62,7 @@ pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read,
         faces: Vec::new(),
         interfaces: scene.interfaces.iter().map(|v| v.id).collect(),
         gravity: Vec::new(),
+        head: 0.0,
         inflows: Vec::new(),
         drains: Vec::new(),
         kernel: Kernel::new(spacing),
@@ -80,6 +81,7 @@ pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read,
     reader.partners();
     reader.gravity();
     reader.drains();
+    reader.calm();
     reader.viscosity();
     reader.refusals.finish()?;
     let Reader { model, left_out, velocity, .. } = reader;
@@ -217,26 +219,18 @@ impl Reader<'_> {
             self.refusals.push(format!("a body without particles (body `{}`)", body.name));
         }
         let sound = body.material.wave_speed_m_s().unwrap_or(1.0);
-        // Monaghan's α as a viscosity in three dimensions (Monaghan, "Smoothed particle hydrodynamics", 2005, §4.1).
-        let weak = self.model.params.pressure == Pressure::Weak;
-        let alpha = if weak { self.model.params.artificial } else { 0.0 };
-        let artificial = rho * alpha * self.model.kernel.h * sound / 10.0;
         self.model.liquids.push(Liquid {
             name: body.name.clone(),
             rho,
             stiffness: stiffness_pa,
             sound,
-            viscosity: viscosity_pa_s.max(artificial),
+            viscosity: viscosity_pa_s,
             thickness: 0.0,
             cohesion: cohesion::factor(tension, all / points.len().max(1) as f64, &self.model.kernel),
             tension,
             ids: first..self.model.mass.len(),
             coupled: self.scene.is_coupled(&body.name),
         });
-        if artificial > viscosity_pa_s {
-            let what = format!("the viscosity of `{}` below {artificial:.3e} Pa s", body.name);
-            self.leave_out(what, "`artificial_viscosity` keeps the motion of particles in order", Some(viscosity_pa_s));
-        }
     }
 
     /// Surface tension \[N/m\], left out where even a single particle is too heavy for it, by its Bond number `ρ g d²/σ`.
@@ -280,14 +274,39 @@ impl Reader<'_> {
         0.0
     }
 
+    /// Least viscosity: Monaghan's α as a viscosity in three dimensions (Monaghan, "Smoothed particle hydrodynamics", 2005,
+    /// §4.1).
+    ///
+    /// An incompressible liquid has no sound. There it is ten times the speed of a fall through the height of all liquid, the
+    /// sound that a weakly compressible one would need: without any, what a lattice releases as it buckles under pressure stays
+    /// as a tremble of single particles, in which a tank at rest scatters its pressures by a fifth.
+    fn calm(&mut self) {
+        let Model { params, kernel, head, .. } = &self.model;
+        let (weak, fall, scale) =
+            (params.pressure == Pressure::Weak, (2.0 * head).sqrt(), params.artificial * kernel.h);
+        let mut left_out = Vec::new();
+        for liquid in &mut self.model.liquids {
+            let artificial = liquid.rho * scale * if weak { liquid.sound / 10.0 } else { fall };
+            if artificial > liquid.viscosity {
+                let what = format!("the viscosity of `{}` below {artificial:.3e} Pa s", liquid.name);
+                left_out.push((what, liquid.viscosity));
+                liquid.viscosity = artificial;
+            }
+        }
+        for (what, given) in left_out {
+            self.leave_out(what, "`artificial_viscosity` keeps the motion of particles in order", Some(given));
+        }
+    }
+
     /// Makes viscosity implicit where that pays, or where the user wants it.
     fn viscosity(&mut self) {
-        let (before, _) = stable(&self.model, 0.0, 0.0);
+        let motion = Motion { pressed: self.model.head, ..Motion::default() };
+        let (before, _) = stable(&self.model, motion);
         let as_explicit = self.model.liquids.clone();
         for liquid in &mut self.model.liquids {
             (liquid.thickness, liquid.viscosity) = (liquid.viscosity, 0.0);
         }
-        let (after, _) = stable(&self.model, 0.0, 0.0);
+        let (after, _) = stable(&self.model, motion);
         let pays = before * PAYS < after && !rough(self.scene);
         if !self.model.params.implicit.unwrap_or(pays) {
             self.model.liquids = as_explicit;
@@ -385,6 +404,11 @@ impl Reader<'_> {
                 let acts = self.scene.bodies.iter().map(|b| all || action.bodies.contains(&b.name)).collect();
                 let until = action.until_s.unwrap_or(f64::INFINITY);
                 self.model.gravity.push(Gravity { acceleration, acts, from: action.from_s, until });
+                let along = |f: fn(f64, f64) -> f64, start: f64| {
+                    self.model.start.iter().map(|&x| dot(acceleration, x)).fold(start, f)
+                };
+                let height = along(f64::max, f64::NEG_INFINITY) - along(f64::min, f64::INFINITY);
+                self.model.head += height.max(0.0);
             }
         }
     }

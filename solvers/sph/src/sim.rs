@@ -75,12 +75,23 @@ pub(crate) struct Course<'a> {
     pub(crate) length: f64,
 }
 
-/// Largest stable substep \[s\] and what binds it, for a largest speed and acceleration.
+/// What binds a substep beside the model.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Motion {
+    /// Largest speed \[m/s\] and acceleration \[m/s²\] of a particle.
+    pub(crate) speed: f64,
+    pub(crate) acceleration: f64,
+    /// Largest pressure over density of an incompressible liquid \[m²/s²\].
+    pub(crate) pressed: f64,
+}
+
+/// Largest stable substep \[s\] and what binds it.
 ///
 /// Courant's condition for sound and the conditions for forces and viscosity of Monaghan (2005, §3.3 and §8.4).
-pub(crate) fn stable(model: &Model, speed: f64, acceleration: f64) -> (f64, String) {
+pub(crate) fn stable(model: &Model, motion: Motion) -> (f64, String) {
+    let Motion { speed, acceleration, .. } = motion;
     if model.params.pressure == Pressure::Incompressible {
-        return incompressible::stable(model, speed);
+        return incompressible::stable(model, motion);
     }
     let h = model.kernel.h;
     let mut best = (model.params.most, "maximum given by the user".to_owned());
@@ -125,7 +136,10 @@ impl Course<'_> {
         let mut speed = self.store.fastest();
         while time < self.length {
             self.admit(self.start + time);
-            let (mut bound_dt, mut bound) = stable(self.model, speed, self.store.acceleration);
+            let (mut bound_dt, mut bound) = {
+                let pressed = incompressible::pressed(self.model, self.store);
+                stable(self.model, Motion { speed, acceleration: self.store.acceleration, pressed })
+            };
             if self.model.params.pressure == Pressure::Weak
                 && let Some((dt, solid)) = self.partners.lightest(self.model)
                 && dt < bound_dt
