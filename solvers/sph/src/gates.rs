@@ -3,8 +3,9 @@
 //! All that will enter is there from the start, as particles of density 0, which nobody sees: they have no mass in the books,
 //! are in no list and stay in their opening. A layer enters in each time in which the last one has moved on by a spacing,
 //! where it would be had it entered at its very moment, and is driven at its velocity until it has left the kernel's reach
-//! of the opening, so that a jet enters against pressure too. What a drain takes becomes such a particle again, in the
-//! middle of the drain. Momentum that comes, goes, or is given to what is driven is external, and its energy is supplied.
+//! of the opening, so that a jet enters against pressure too; the pressures of an incompressible liquid do not move it.
+//! What a drain takes becomes such a particle again, in the middle of the drain. Momentum that comes, goes, or is given to
+//! what is driven is external, and its energy is supplied.
 
 use std::ops::Range;
 
@@ -152,6 +153,9 @@ impl Course<'_> {
                 books.supplied -= energy(model, store, i, time);
                 books.drained += 1;
                 (store.rho[i], store.x[i], store.v[i]) = (0.0, drain.center, [0.0; 3]);
+                if let Some(pressure) = store.warm.get_mut(i) {
+                    *pressure = 0.0;
+                }
             }
         }
     }
@@ -162,19 +166,25 @@ pub(crate) fn is_here(rho: f64) -> bool {
     rho.abs() > 0.0
 }
 
-/// Drives what has just entered at its velocity in a substep that ends at `time` \[s\] of the run.
-pub(crate) fn drive(model: &Model, store: &mut Store, pack: &mut [Pack], books: &mut Books, time: f64) {
+/// Particles that have just entered and are driven in a substep that ends at `time` \[s\] of the run, with their velocities.
+pub(crate) fn driven(model: &Model, store: &Store, time: f64) -> Vec<(usize, Vec3)> {
+    let mut all = Vec::new();
     for inflow in &model.inflows {
         let hold = model.kernel.reach / norm(inflow.velocity);
-        for (i, pack) in pack.iter_mut().take(store.len()).enumerate() {
-            let id = store.id[i] as usize;
-            if !inflow.ids.contains(&id) || store.rho[i] <= 0.0 || time >= inflow.enters(id) + hold {
-                continue;
-            }
-            let (mass, given) = (model.mass[id], sub(inflow.velocity, store.v[i]));
-            books.external = books.external.plus(momentum(mass, store.x[i], given));
-            books.supplied += mass * dot(given, add(store.v[i], scale(given, 0.5)));
-            (store.v[i], pack.v) = (inflow.velocity, inflow.velocity);
-        }
+        let own =
+            store.id.iter().zip(&store.rho).enumerate().filter(|(_, (id, _))| inflow.ids.contains(&(**id as usize)));
+        let held = own.filter(|(_, (id, rho))| **rho > 0.0 && time < inflow.enters(**id as usize) + hold);
+        all.extend(held.map(|(i, _)| (i, inflow.velocity)));
+    }
+    all
+}
+
+/// Gives them their velocities.
+pub(crate) fn drive(model: &Model, store: &mut Store, pack: &mut [Pack], books: &mut Books, driven: &[(usize, Vec3)]) {
+    for &(i, velocity) in driven {
+        let (mass, given) = (model.mass[store.id[i] as usize], sub(velocity, store.v[i]));
+        books.external = books.external.plus(momentum(mass, store.x[i], given));
+        books.supplied += mass * dot(given, add(store.v[i], scale(given, 0.5)));
+        (store.v[i], pack[i].v) = (velocity, velocity);
     }
 }

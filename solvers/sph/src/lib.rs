@@ -28,7 +28,7 @@
 //! that shows samples has one layer, or two where its samples have volume and normals; samples farther apart than one and
 //! a half spacings are refused.
 //!
-//! A weakly compressible liquid enters and leaves through inflows and drains (`gates`).
+//! Liquid enters and leaves through inflows and drains (`gates`).
 //!
 //! Spray that is thrown faster than sound is put aside (`aside`), up to a hundredth of a body, and counted.
 //!

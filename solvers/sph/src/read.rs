@@ -353,10 +353,6 @@ impl Reader<'_> {
             let until = action.until_s.unwrap_or(f64::INFINITY);
             self.model.drains.push(Drain { acts, center, half: scale(size_m, 0.5), from: action.from_s, until });
         }
-        let gated = !self.model.inflows.is_empty() || !self.model.drains.is_empty();
-        if gated && self.model.params.pressure == Pressure::Incompressible {
-            self.refusals.push("inflows and drains of an incompressible liquid; use pressure = \"wcsph\"");
-        }
     }
 
     fn pairs(&mut self) {

@@ -4,7 +4,7 @@ use cosplat_core::boundary::{Vec3, Wrench, scale};
 use cosplat_core::plugin::{PluginError, Pulse, Signal};
 
 use crate::force::{Pass, Sums, largest};
-use crate::gates::drive;
+use crate::gates::{drive, driven};
 use crate::grid::Grid;
 use crate::incompressible::{self, Parts, Projection, Solved};
 use crate::lanes::Pack;
@@ -229,7 +229,8 @@ impl Course<'_> {
         walls.place(model, partners);
         let pass = Pass { model, lists, gravity: &gravity, dt, parallel };
         if model.params.pressure == Pressure::Incompressible {
-            let mut parts = Parts { pass, store, pack, walls, partners, acceleration, sums, thick };
+            let end = *start + time + dt;
+            let mut parts = Parts { pass, store, pack, walls, partners, acceleration, sums, thick, books, end };
             let (solved, spread) = projection.substep(&mut parts);
             books.solved.add(solved);
             books.thick += spread;
@@ -244,7 +245,8 @@ impl Course<'_> {
             if model.is_thick() {
                 books.thick += thick.spread(&pass, store, &mut pack[..], walls, sums);
             }
-            drive(model, store, pack, books, *start + time + dt);
+            let driven = driven(model, store, *start + time + dt);
+            drive(model, store, pack, books, &driven);
             pass.compress(store, pack, walls, next);
             std::mem::swap(next, &mut store.rho);
         }

@@ -6,8 +6,8 @@ mod common;
 use common::{Run, columns, liquid, scene, tank, water};
 use cosplat_core::plugin::{Plugin, SolverScene};
 use cosplat_core::scene::{Action, ActionKind, Opening, Wall};
-use cosplat_sph::Sph;
 
+const BOTH: [&str; 2] = ["wcsph", "dfsph"];
 const D: f64 = 0.02;
 const SPEED: f64 = 1.0;
 
@@ -16,11 +16,12 @@ fn action(kind: ActionKind, until_s: f64) -> Action {
 }
 
 /// A pool below a jet, in a tank with a drain on a part of its floor.
-fn pool(opening: Opening) -> SolverScene {
+fn pool(opening: Opening, pressure: &str) -> SolverScene {
     let body = liquid(water(20.0, 1.0), [0.2, 0.2, 0.06], [0.1, 0.1, 0.03], D);
     let mut start = scene(vec![body], tank(0.2, 0.2, Wall::Slip), 2e-3);
     let jet = ActionKind::Inflow { center_m: [0.1, 0.1, 0.3], velocity_m_s: [0.0, 0.0, -SPEED], opening };
     start.actions.push(action(jet, 0.25));
+    start.params.insert("pressure".into(), pressure.into());
     start
 }
 
@@ -30,8 +31,12 @@ fn masses(run: &mut Run, windows: u64) -> Vec<f64> {
 
 #[test]
 fn what_enters_has_the_mass_and_the_momentum_of_the_jet() {
+    BOTH.into_iter().for_each(enters);
+}
+
+fn enters(pressure: &str) {
     // 4 x 3 cells across; from 0.05 s to 0.25 s ten layers of them.
-    let mut run = Run::new(pool(Opening::Rectangle { size_m: [0.08, 0.06] }));
+    let mut run = Run::new(pool(Opening::Rectangle { size_m: [0.08, 0.06] }, pressure));
     let before = run.setup.report.bodies[0].mass_kg;
     let mass = masses(&mut run, 150);
     let layer = 12.0 * 1000.0 * D.powi(3);
@@ -51,8 +56,12 @@ fn what_enters_has_the_mass_and_the_momentum_of_the_jet() {
 
 #[test]
 fn the_energy_of_a_jet_is_supplied() {
+    BOTH.into_iter().for_each(supplies);
+}
+
+fn supplies(pressure: &str) {
     // In free fall nothing else happens to it: from 0.05 s to 0.15 s it falls by less than 0.18 m, above the pool.
-    let mut run = Run::new(pool(Opening::Rectangle { size_m: [0.08, 0.06] }));
+    let mut run = Run::new(pool(Opening::Rectangle { size_m: [0.08, 0.06] }, pressure));
     let of = |e: cosplat_core::plugin::Energy| e.kinetic_j + e.potential_j + e.dissipated_j;
     let (mut supplied, mut all) = (0.0, Vec::new());
     for _ in 0..75 {
@@ -72,7 +81,11 @@ fn the_energy_of_a_jet_is_supplied() {
 
 #[test]
 fn a_drain_takes_what_is_in_it() {
-    let mut start = pool(Opening::Disc { radius_m: 0.05 });
+    BOTH.into_iter().for_each(drains);
+}
+
+fn drains(pressure: &str) {
+    let mut start = pool(Opening::Disc { radius_m: 0.05 }, pressure);
     let drain = ActionKind::Drain { center_m: [0.1, 0.1, 0.0], size_m: [0.1, 0.1, 0.04] };
     start.actions.push(action(drain, 10.0));
     let mut run = Run::new(start.clone());
@@ -106,11 +119,4 @@ fn a_drain_takes_what_is_in_it() {
     let (x, _, rho) = columns(&run.bytes());
     let inside = |x: &[f64; 3]| (x[0] - 0.1).abs() < 0.05 && (x[1] - 0.1).abs() < 0.05 && x[2] < 0.02;
     assert!(x.iter().zip(&rho).all(|(x, rho)| *rho <= 0.0 || !inside(x)), "nobody is left in the drain");
-}
-
-#[test]
-fn an_incompressible_liquid_has_no_gates_yet() {
-    let start = common::incompressible(pool(Opening::Disc { radius_m: 0.05 }));
-    let why = Sph::default().setup(&start).expect_err("refused").to_string();
-    assert!(why.contains("inflows and drains") && why.contains("wcsph"), "{why}");
 }

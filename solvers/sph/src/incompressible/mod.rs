@@ -25,11 +25,12 @@ use cosplat_core::boundary::{Vec3, add, dot, norm, scale};
 use wide::f32x4;
 
 use crate::force::{Pass, Sums, largest};
+use crate::gates::{drive, driven};
 use crate::lanes::Pack;
 use crate::model::Model;
 use crate::near::{CHUNK, for_chunks};
 use crate::partner::Partners;
-use crate::sim::{Motion, VISCOUS};
+use crate::sim::{Books, Motion, VISCOUS};
 use crate::store::Store;
 use crate::thick::Thick;
 use crate::wall::{Liquids, Walls};
@@ -94,6 +95,9 @@ pub(crate) struct Parts<'a> {
     pub(crate) acceleration: &'a mut [Vec3],
     pub(crate) sums: &'a mut [Sums],
     pub(crate) thick: &'a mut Thick,
+    pub(crate) books: &'a mut Books,
+    /// End of the substep \[s\].
+    pub(crate) end: f64,
 }
 
 /// Largest pressure over density in the last substep \[m²/s²\].
@@ -137,6 +141,8 @@ impl Projection {
             let rho = model.liquids[model.body[id as usize] as usize].rho;
             (pack.volume, pack.pressure) = (model.mass[id as usize] / rho, 0.0);
         }
+        let driven = driven(model, parts.store, parts.end);
+        self.operator.hold(n, &driven);
         self.operator.measure(&parts.pass, parts.store, parts.pack, parts.walls);
         self.contacts.find(model, parts.walls, parts.partners, parts.pack, &self.operator.edge);
         self.operator.weigh(&mut self.contacts, parts.pack);
@@ -152,6 +158,7 @@ impl Projection {
         } else {
             0
         };
+        drive(model, parts.store, parts.pack, parts.books, &driven);
         let solved = self.project(parts);
         self.contacts.press(parts.walls, &parts.pass, &self.operator.edge, parts.pack, &parts.store.v);
         parts.partners.book(model, parts.walls, dt);
@@ -169,6 +176,7 @@ impl Projection {
             walls: parts.walls,
             pack: parts.pack,
             base: &self.base,
+            count: parts.store.rho.iter().filter(|rho| **rho > 0.0).count(),
             accuracy: model.params.accuracy,
             most: model.params.iterations,
         };
@@ -176,7 +184,9 @@ impl Projection {
         for (i, t) in self.search.trials.iter().enumerate() {
             parts.store.warm[i] = t.pressure;
             parts.pack[i].pressure = t.pressure * self.operator.rows[i].swell;
-            parts.store.rho[i] = rest(parts.store.id[i]) * (1.0 + t.excess).max(SPRAY);
+            if parts.store.rho[i] > 0.0 {
+                parts.store.rho[i] = rest(parts.store.id[i]) * (1.0 + t.excess).max(SPRAY);
+            }
         }
         let gained = &mut *parts.acceleration;
         self.operator.press(pass, parts.walls, parts.pack, gained, parts.sums);
@@ -207,7 +217,10 @@ impl Projection {
         let all = parts.store.rho.iter().zip(&parts.store.id).zip(self.operator.rows.iter().zip(&self.rates));
         self.base.clear();
         self.base.extend(all.map(|((&rho, &id), (row, &[rate, mean]))| {
-            let share = if row.filled < SPRAY {
+            let share = if rho <= 0.0 {
+                // Who waits or has left is in no list.
+                0.0
+            } else if row.filled < SPRAY {
                 // Alone it is full where a wall is as near as to a lattice at rest, or it would sink in until it is.
                 row.filled.max((row.by_walls / half).min(1.0))
             } else {

@@ -53,6 +53,8 @@ pub(crate) struct Operator {
     pub(crate) rows: Vec<Row>,
     pub(crate) edge: Edge,
     stored: Vec<Stored>,
+    /// Whether pressure moves each particle, as 1: not what is driven.
+    free: Vec<f64>,
 }
 
 /// Sums over pairs with the liquid or with boundary particles.
@@ -93,13 +95,21 @@ fn around(
 }
 
 impl Operator {
+    /// Says who is driven at a velocity of its own.
+    pub(crate) fn hold(&mut self, count: usize, driven: &[(usize, Vec3)]) {
+        self.free.clear();
+        self.free.resize(count, 1.0);
+        driven.iter().for_each(|&(i, _)| self.free[i] = 0.0);
+    }
+
     /// Measures all that depends on the places alone.
     pub(crate) fn measure(&mut self, pass: &Pass<'_>, store: &Store, pack: &[Pack], walls: &Walls) {
         let (model, kernel) = (pass.model, pass.model.kernel.scaled());
         let n = store.len();
+        let free = &self.free;
         let light = |i: u32| {
             let id = store.id.get(i as usize).map_or(0, |&id| id as usize);
-            1.0 / model.liquids[model.body[id] as usize].rho
+            free.get(i as usize).map_or(0.0, |free| free / model.liquids[model.body[id] as usize].rho)
         };
         self.edge.measure(pass, pack, walls, &store.warm);
         self.rows.resize(n, Row::default());
@@ -213,10 +223,15 @@ impl Operator {
                     force = [0, 1, 2].map(|k| force[k] - others.apart[k] * along);
                 }
                 let mut force = scale(gather(force), own.volume);
+                let held = self.rows[i].light <= 0.0;
                 if !walls.near(i).is_empty() {
                     let [all, by_statics] = self.edge.force(walls, own, walls.near(i));
                     sums.walls = sums.walls.plus(Wrench { linear: by_statics, angular: cross(own.x, by_statics) });
                     force = add(force, all);
+                }
+                if held {
+                    // What drives it bears what presses it.
+                    sums.walls = sums.walls.minus(Wrench { linear: force, angular: cross(own.x, force) });
                 }
                 *gained = scale(force, self.rows[i].light / own.volume);
             }

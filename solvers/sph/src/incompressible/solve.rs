@@ -29,6 +29,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) pack: &'a [Pack],
     /// Excess of each place without pressure.
     pub(crate) base: &'a [f64],
+    /// Particles that have entered and not left.
+    pub(crate) count: usize,
     /// Mean excess that may be left, and most iterations.
     pub(crate) accuracy: f64,
     pub(crate) most: u64,
@@ -99,7 +101,7 @@ impl Search {
             operator.rates(problem.pass, problem.walls, problem.pack, contacts, false, (moved, rates));
             self.relax(problem, operator);
             iterations += 1;
-            let excess = self.judged.iter().map(|j| j.excess).sum::<f64>() / n.max(1) as f64;
+            let excess = self.judged.iter().map(|j| j.excess).sum::<f64>() / problem.count.max(1) as f64;
             let most = self.judged.iter().map(|j| j.most).fold(0.0, largest);
             let enough = excess <= problem.accuracy && most <= WORST * problem.accuracy;
             if enough || iterations >= problem.most {
