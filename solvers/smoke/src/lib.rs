@@ -37,6 +37,9 @@
 //! Every loop over cells has a result that does not depend on its order, and every sum has a fixed one, so that the
 //! bytes do not depend on the number of threads.
 //!
+//! **Method.** `method = "positions"` has no gas, only particles with constraints on their density, as one of the seeds
+//! has them, for comparison (`positions`).
+//!
 //! Not here yet, and refused by name: several clouds in one process, moving static colliders, prescribed motion,
 //! impulses from others. Left out: what the density of smoke adds to the inertia (said in the plan above 20 %),
 //! hydrostatic lift on solids, heat that conducts. Dissipated energy is not summed.
@@ -56,6 +59,7 @@ mod particles;
 mod partner;
 mod plugin;
 mod plugs;
+mod positions;
 mod project;
 mod proxy;
 mod read;

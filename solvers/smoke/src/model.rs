@@ -20,6 +20,19 @@ pub(crate) struct During {
     pub(crate) until: f64,
 }
 
+/// Sum of the means of influences over `start..end` \[s\].
+pub(crate) fn mean(all: &[During], start: f64, end: f64) -> Vec3 {
+    all.iter().fold([0.0; 3], |sum, g| {
+        let share = ((end.min(g.until) - start.max(g.from)) / (end - start)).clamp(0.0, 1.0);
+        add(sum, scale(g.value, share))
+    })
+}
+
+/// Sum of influences at `t` \[s\].
+pub(crate) fn at(all: &[During], t: f64) -> Vec3 {
+    all.iter().filter(|w| (w.from..=w.until).contains(&t)).fold([0.0; 3], |sum, w| add(sum, w.value))
+}
+
 /// What a partner is.
 #[derive(Clone, Debug)]
 pub(crate) enum Partner {
@@ -72,16 +85,12 @@ pub(crate) struct Model {
 impl Model {
     /// Mean gravity over `start..end` \[s\].
     pub(crate) fn gravity(&self, start: f64, end: f64) -> Vec3 {
-        self.gravity.iter().fold([0.0; 3], |sum, g| {
-            let share = ((end.min(g.until) - start.max(g.from)) / (end - start)).clamp(0.0, 1.0);
-            add(sum, scale(g.value, share))
-        })
+        mean(&self.gravity, start, end)
     }
 
     /// Velocity of the air around at `t` \[m/s\].
     pub(crate) fn ambient(&self, t: f64) -> Vec3 {
-        let blows = self.wind.iter().filter(|w| (w.from..=w.until).contains(&t));
-        blows.fold([0.0; 3], |sum, w| add(sum, w.value))
+        at(&self.wind, t)
     }
 
     /// Particles that an inflow has let go by `t` \[s\]: the first after half the time between two.

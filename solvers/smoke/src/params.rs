@@ -14,6 +14,12 @@ const AIR_VISCOSITY: f64 = 1.5e-5;
 /// Checked parameters.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Params {
+    /// Whether particles are kept apart by constraints on their density, without a grid.
+    pub(crate) positions: bool,
+    /// Iterations of these constraints.
+    pub(crate) sweeps: u64,
+    /// Rate at which the air around takes a free particle along \[1/s\].
+    pub(crate) drag: f64,
     /// Corners of the domain \[m\].
     pub(crate) domain: Option<[Vec3; 2]>,
     /// Edge of a cell \[m\].
@@ -56,6 +62,17 @@ pub(crate) fn schema() -> Value {
         "type": "object",
         "additionalProperties": false,
         "properties": {
+            "method": {
+                "enum": ["grid", "positions"],
+                "description": "`grid` (default): an incompressible gas carries the particles; `positions`: the second \
+                                seed's, position-based density constraints between the particles, no air around them"
+            },
+            "density_iterations": number("exclusiveMinimum", "Iterations of density constraints; default 8"),
+            "surface_drag": number(
+                "minimum",
+                "Rate [1/s] at which the air around takes particles without neighbours along, with density \
+                 constraints; default 5"
+            ),
             "low": vector("Lower corner of the domain [m]; without it and `high` three sizes of the body around it"),
             "high": vector("Upper corner of the domain [m]; it grows to whole blocks of 8 cells"),
             "cell": number("exclusiveMinimum", "Edge of a cell [m]; default twice the spacing of the body"),
@@ -115,6 +132,9 @@ impl Params {
         let cell = scene.params.contains_key("cell").then(|| positive("cell", 1.0)).transpose()?;
         let ambient = positive("ambient_temperature", 293.15)?;
         Ok(Self {
+            positions: positions(scene)?,
+            sweeps: number("density_iterations", 8.0, 1.0)? as u64,
+            drag: number("surface_drag", 5.0, 0.0)?,
             domain,
             cell,
             open: open(scene)?,
@@ -131,6 +151,15 @@ impl Params {
             divergence: positive("divergence", 1e-4)?,
             iterations: number("max_iterations", 100.0, 1.0)? as u64,
         })
+    }
+}
+
+fn positions(scene: &SolverScene) -> Result<bool, PluginError> {
+    let Some(value) = scene.params.get("method") else { return Ok(false) };
+    match value.as_str() {
+        Some("grid") => Ok(false),
+        Some("positions") => Ok(true),
+        _ => wrong(&format!("parameter `method` is {value}; there are `grid` and `positions`")),
     }
 }
 

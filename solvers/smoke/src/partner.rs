@@ -1,6 +1,6 @@
 //! Partners over one window: what they show becomes solids, and what crossed becomes the answer.
 
-use cosplat_core::boundary::{BoundaryState, Impulses, Vec3, add, scale};
+use cosplat_core::boundary::{BoundaryState, Impulses, SampleStatics, Vec3, add, scale};
 use cosplat_core::distance::Placed;
 use cosplat_core::plan::InterfaceId;
 use cosplat_core::plugin::{Inputs, InterfaceReport, PartnerInput, PartnerSetup, PluginError, Refusals};
@@ -23,29 +23,71 @@ pub(crate) fn masses(model: &Model, setups: &[PartnerSetup]) -> Result<Masses, P
         if let Partner::Rigid(_) = face.partner {
             return Ok(Vec::new());
         }
-        let refuse = |what: String| Err(Refusals::one("smoke", what));
-        let Some(setup) = setups.iter().find(|s| s.interface == face.interface) else {
-            return refuse(format!("partners without samples (`{}`)", face.name));
-        };
-        let statics = &setup.statics;
-        if statics.mass_kg.iter().any(|m| m.is_nan() || *m <= 0.0) || statics.area_m2.iter().any(|a| !a.is_finite()) {
-            return refuse(format!("partners whose samples have no mass (`{}`)", face.name));
-        }
-        let mean = statics.area_m2.iter().sum::<f64>() / statics.len().max(1) as f64;
-        let h = model.grid.h;
-        if mean > WIDEST * WIDEST * h * h {
-            return refuse(format!(
-                "samples {:.3} m apart, which the gas passes on cells of {h} m (`{}`): give `{}` a spacing \
-                 of at most {:.3} m, or the smoke a coarser `cell`",
-                mean.sqrt(),
-                face.name,
-                face.name,
-                WIDEST * h
-            ));
-        }
+        let statics = sound(face, setups)?;
+        covering(face, statics, model.grid.h, "the gas on cells of", "`cell`")?;
         Ok(statics.mass_kg.iter().map(|m| (m / gas).min(HEAVIEST)).collect())
     };
     model.partners.iter().map(one).collect()
+}
+
+/// What never changes about the samples of a partner, each of which must have a mass.
+pub(crate) fn sound<'a>(face: &Face, setups: &'a [PartnerSetup]) -> Result<&'a SampleStatics, PluginError> {
+    let refuse = |what: String| Refusals::one("smoke", what);
+    let Some(setup) = setups.iter().find(|s| s.interface == face.interface) else {
+        return Err(refuse(format!("partners without samples (`{}`)", face.name)));
+    };
+    let statics = &setup.statics;
+    if statics.mass_kg.iter().any(|m| m.is_nan() || *m <= 0.0) || statics.area_m2.iter().any(|a| !a.is_finite()) {
+        return Err(refuse(format!("partners whose samples have no mass (`{}`)", face.name)));
+    }
+    Ok(statics)
+}
+
+/// Refuses samples of a surface through which `what`, that wide \[m\], would pass; `knob` is what can be made coarser.
+pub(crate) fn covering(
+    face: &Face,
+    statics: &SampleStatics,
+    width: f64,
+    what: &str,
+    knob: &str,
+) -> Result<(), PluginError> {
+    let mean = statics.area_m2.iter().sum::<f64>() / statics.len().max(1) as f64;
+    if mean <= WIDEST * WIDEST * width * width {
+        return Ok(());
+    }
+    let (apart, name, most) = (mean.sqrt(), &face.name, WIDEST * width);
+    Err(Refusals::one(
+        "smoke",
+        format!(
+            "samples {apart:.3} m apart, which {what} {width} m passes (`{name}`): give `{name}` a spacing of at most \
+             {most:.3} m, or the smoke a coarser {knob}"
+        ),
+    ))
+}
+
+/// Stand-in of a rigid partner of that name.
+pub(crate) fn proxy(name: &str, shown: &BoundaryState) -> Result<Proxy, PluginError> {
+    let BoundaryState::Proxy(record) = shown else {
+        return Err(PluginError::Unsupported(format!("`{name}` is rigid, but shows samples")));
+    };
+    Proxy::new(record).ok_or_else(|| PluginError::Physics(format!("the boundary of partner `{name}` is not finite")))
+}
+
+/// Places \[m\] and velocities \[m/s\] of a partner's samples over a step.
+pub(crate) fn seen_samples(
+    input: &PartnerInput,
+    name: &str,
+    count: usize,
+) -> Result<(Vec<Vec3>, Vec<Vec3>), PluginError> {
+    let shown = input.samples(name, count)?;
+    let newest = match &input.next {
+        Some(next) => {
+            let later = PartnerInput { now: next.clone(), next: None, ..input.clone() };
+            later.samples(name, count)?.clone()
+        }
+        None => shown.clone(),
+    };
+    Ok((0..count).map(|i| seen(input, i, newest.velocity[i])).unzip())
 }
 
 /// Where a sample is seen over a step: in its middle, or under the rule `hold` where it stays; and how fast it goes.
@@ -72,30 +114,19 @@ pub(crate) fn hear(model: &Model, masses: &Masses, inputs: &Inputs) -> Result<So
         let name = &face.name;
         let missing = || PluginError::Unsupported(format!("a step without the boundary of partner `{name}`"));
         let input = inputs.partner(face.interface).ok_or_else(missing)?;
-        match (&face.partner, &input.now) {
-            (Partner::Rigid(shape), BoundaryState::Proxy(record)) => {
-                let unsound = || PluginError::Physics(format!("the boundary of partner `{name}` is not finite"));
-                let proxy = Proxy::new(record).ok_or_else(unsound)?;
+        match &face.partner {
+            Partner::Rigid(shape) => {
+                let proxy = proxy(name, &input.now)?;
+                let record = proxy.record;
                 let placed = Placed::new(shape.clone(), record.position, record.orientation);
                 let faces = inside(&model.grid, &placed, radius(shape).map(|r| (record.position, r)));
                 let gas = model.cell_mass() * faces.len().max(1) as f64 / 3.0;
                 let ratio = (record.mass * record.share / gas).min(HEAVIEST);
                 solids.filled.push(Filled { kind: Kind::Rigid(Box::new(proxy)), faces, ratio, row: Some(row) });
             }
-            (Partner::Rigid(_), BoundaryState::Samples(_)) => {
-                return Err(PluginError::Unsupported(format!("`{name}` is rigid, but shows samples")));
-            }
-            (Partner::Samples, _) => {
+            Partner::Samples => {
                 let ratio = masses.get(row).cloned().unwrap_or_default();
-                let shown = input.samples(name, ratio.len())?;
-                let newest = match &input.next {
-                    Some(next) => {
-                        let later = PartnerInput { now: next.clone(), next: None, ..input.clone() };
-                        later.samples(name, ratio.len())?.clone()
-                    }
-                    None => shown.clone(),
-                };
-                let (x, v) = (0..ratio.len()).map(|i| seen(input, i, newest.velocity[i])).unzip();
+                let (x, v) = seen_samples(input, name, ratio.len())?;
                 let taken = vec![[0.0; 3]; ratio.len()];
                 solids.sampled.push(Sampled { x, v, ratio, row, taken });
             }
@@ -113,13 +144,7 @@ pub(crate) fn answer(model: &Model, solids: &Solids) -> (Vec<(InterfaceId, Impul
             None => Impulses::Rigid(crossed.on_rigid),
         };
         given.push((face.interface, impulses));
-        reports.push(InterfaceReport {
-            interface: face.interface,
-            received: crossed.received,
-            gross: crossed.gross,
-            work_j: crossed.work,
-            residual: 0.0,
-        });
+        reports.push(crossed.report(face.interface));
     }
     (given, reports)
 }

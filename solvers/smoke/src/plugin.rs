@@ -14,7 +14,8 @@ use crate::follow::{Part, follow};
 use crate::model::Model;
 use crate::params::schema;
 use crate::partner::{Masses, answer, hear, masses};
-use crate::read::read;
+use crate::positions::{self, Cloud};
+use crate::read::{asked, read};
 use crate::report::{potential, state};
 use crate::solids::Solids;
 use crate::step::{Books, Course, Scratch, stable};
@@ -34,8 +35,10 @@ enum Stage {
     New,
     /// Its scene has no smoke.
     Idle,
-    /// It has smoke.
+    /// It has smoke in a gas.
     Busy(Box<Run>),
+    /// It has smoke as particles with constraints on their density.
+    Cloud(Box<Cloud>),
 }
 
 #[derive(Debug)]
@@ -67,11 +70,18 @@ impl Plugin for Smoke {
             self.stage = Stage::Idle;
             return Ok(nothing());
         }
-        let (model, store, scratch, left_out) = read(scene, &self.describe())?;
-        let pool = (model.threads > 1)
-            .then(|| rayon::ThreadPoolBuilder::new().num_threads(model.threads).build())
+        let asked = asked(scene, &self.describe())?;
+        let pool = (scene.threads > 1)
+            .then(|| rayon::ThreadPoolBuilder::new().num_threads(scene.threads).build())
             .transpose()
-            .map_err(|e| PluginError::Environment(format!("{} threads: {e}", model.threads)))?;
+            .map_err(|e| PluginError::Environment(format!("{} threads: {e}", scene.threads)))?;
+        if asked.params.positions {
+            let (cloud, left_out) = positions::read(scene, asked)?;
+            let setup = cloud.setup(left_out);
+            self.stage = Stage::Cloud(Box::new(Cloud { pool, ..cloud }));
+            return Ok(setup);
+        }
+        let (model, store, scratch, left_out) = read(scene, asked)?;
         let (dt, bound) = stable(&model, model.ambient(0.0).map(f64::abs), model.gravity(0.0, 1e-9));
         let (body, energy) = state(&model, &store, 0.0);
         let interfaces =
@@ -102,21 +112,29 @@ impl Plugin for Smoke {
     }
 
     fn connect(&mut self, partners: &[PartnerSetup]) -> Result<(), PluginError> {
-        if let Some(run) = self.stage.run()? {
-            run.masses = masses(&run.model, partners)?;
+        match &mut self.stage {
+            Stage::Cloud(cloud) => cloud.connect(partners)?,
+            stage => {
+                if let Some(run) = stage.run()? {
+                    run.masses = masses(&run.model, partners)?;
+                }
+            }
         }
         Ok(())
     }
 
     fn advance(&mut self, step: &Step, inputs: &Inputs, pulse: &mut dyn Pulse) -> Result<Outputs, PluginError> {
-        let Some(run) = self.stage.run()? else {
-            let report = Report { substeps: 1, substep_bound_by: "nothing: no smoke".to_owned(), ..Report::default() };
-            return Ok(Outputs { boundaries: Vec::new(), impulses: Vec::new(), report });
-        };
         if let Some(input) = inputs.impulses.first() {
             let what = format!("the smoke solver does not support: impulses at interface {}", input.interface);
             return Err(PluginError::Unsupported(what));
         }
+        if let Stage::Cloud(cloud) = &mut self.stage {
+            return cloud.advance(step, inputs, pulse);
+        }
+        let Some(run) = self.stage.run()? else {
+            let report = Report { substeps: 1, substep_bound_by: "nothing: no smoke".to_owned(), ..Report::default() };
+            return Ok(Outputs { boundaries: Vec::new(), impulses: Vec::new(), report });
+        };
         let held = potential(&run.model, &run.store, step.start_s);
         let shown = follow(&mut run.model, &mut run.store, &mut run.scratch, inputs, step.start_s);
         let solids = hear(&run.model, &run.masses, inputs)?;
@@ -136,19 +154,29 @@ impl Plugin for Smoke {
     }
 
     fn visual(&self, body: &str) -> Option<VisualState> {
-        let Stage::Busy(run) = &self.stage else { return None };
-        let particles = || VisualState::Particles { position: run.store.x.clone(), gradient: Vec::new() };
-        (run.model.name == body).then(particles)
+        let (name, x) = match &self.stage {
+            Stage::Busy(run) => (&run.model.name, &run.store.x),
+            Stage::Cloud(cloud) => (&cloud.fixed.name, &cloud.x),
+            Stage::New | Stage::Idle => return None,
+        };
+        (name == body).then(|| VisualState::Particles { position: x.clone(), gradient: Vec::new() })
     }
 
     fn save(&self, sink: &mut dyn StateSink) {
-        if let Stage::Busy(run) = &self.stage {
-            run.model.part.save(sink);
-            run.store.save(sink);
+        match &self.stage {
+            Stage::Busy(run) => {
+                run.model.part.save(sink);
+                run.store.save(sink);
+            }
+            Stage::Cloud(cloud) => cloud.save(sink),
+            Stage::New | Stage::Idle => {}
         }
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), PluginError> {
+        if let Stage::Cloud(cloud) = &mut self.stage {
+            return Ok(cloud.restore(state)?);
+        }
         let run = self.stage.run()?;
         let mut reader = StateReader::new(state);
         let Some(run) = run else { return Ok(reader.end()?) };
@@ -172,7 +200,7 @@ impl Stage {
     fn run(&mut self) -> Result<Option<&mut Run>, PluginError> {
         match self {
             Self::New => Err(PluginError::Contract("the smoke solver has no scene yet".into())),
-            Self::Idle => Ok(None),
+            Self::Idle | Self::Cloud(_) => Ok(None),
             Self::Busy(run) => Ok(Some(run)),
         }
     }

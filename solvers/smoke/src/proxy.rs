@@ -44,6 +44,12 @@ impl Proxy {
         norm(self.velocity) + norm(self.spin) * radius
     }
 
+    /// How fast its point at `x` \[m\] gives way along `normal` to an impulse of 1 N s along it \[1/kg\].
+    pub(crate) fn yields(&self, x: Vec3, normal: Vec3) -> f64 {
+        let lever = Vector3::from(cross(sub(x, self.record.position), normal));
+        self.light + lever.dot(&(self.nimble * lever))
+    }
+
     /// Takes an impulse \[N s\] and its moment about the centre \[N m s\], beside its free motion over `dt` \[s\].
     pub(crate) fn take(&mut self, impulse: Vec3, moment: Vec3, dt: f64) {
         let turned: Vec3 = (self.nimble * Vector3::from(moment)).into();

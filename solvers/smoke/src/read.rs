@@ -4,7 +4,7 @@ use cosplat_core::boundary::{Vec3, add, scale};
 use cosplat_core::distance::{Placed, Shape};
 use cosplat_core::plan::{BoundaryForm, LeftOut};
 use cosplat_core::plugin::{Descriptor, PluginError, Refusals, SolverScene, ViewRole};
-use cosplat_core::scene::{ActionKind, Body, Material};
+use cosplat_core::scene::{ActionKind, Body, Material, Pose};
 
 use crate::fill::fill;
 use crate::follow::{BLOCK, Part, Whole};
@@ -28,8 +28,16 @@ const BOUSSINESQ: f64 = 0.2;
 /// A model, its state at t = 0, working memory, and what was left out.
 pub(crate) type Read = (Model, Store, Scratch, Vec<LeftOut>);
 
-/// Reads a scene.
-pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read, PluginError> {
+/// What a scene asks for, by either method.
+pub(crate) struct Asked<'a> {
+    pub(crate) body: &'a Body,
+    pub(crate) params: Params,
+    /// What cannot be done, so far.
+    pub(crate) refusals: Refusals,
+}
+
+/// Reads what both methods read.
+pub(crate) fn asked<'a>(scene: &'a SolverScene, descriptor: &Descriptor) -> Result<Asked<'a>, PluginError> {
     let mut refusals = Refusals::undeclared(descriptor, scene);
     let params = Params::read(scene)?;
     let [body] = scene.bodies.as_slice() else {
@@ -37,6 +45,14 @@ pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read,
         refusals.finish()?;
         return Err(Refusals::one("smoke", "a process without a body"));
     };
+    if body.mass_kg.is_some() {
+        refusals.push(format!("a mass beside the density of the material (body `{}`)", body.name));
+    }
+    Ok(Asked { body, params, refusals })
+}
+
+/// Reads a scene for the grid.
+pub(crate) fn read(scene: &SolverScene, Asked { body, params, mut refusals }: Asked<'_>) -> Result<Read, PluginError> {
     let made = fill(scene, body).map_err(|why| refusals.push(why)).ok();
     let (grid, mut left_out) = match &made {
         Some((spacing, points, _)) => match domain(&params, body, *spacing, points) {
@@ -52,14 +68,7 @@ pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read,
         refusals.finish()?;
         return Err(Refusals::one("smoke", "this body"));
     };
-    if body.mass_kg.is_some() {
-        refusals.push(format!("a mass beside the density of the material (body `{}`)", body.name));
-    }
-    let (density, share) = match body.material {
-        Material::Smoke { density_kg_m3, viscosity } => (density_kg_m3, viscosity),
-        _ => (params.air, 0.0),
-    };
-    let warm = density * params.ambient / params.temperature;
+    let (warm, share) = gas(body, &params);
     let heavier = warm / params.air - 1.0;
     if heavier.abs() > BOUSSINESQ {
         left_out.push(LeftOut {
@@ -104,6 +113,15 @@ pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read,
     Ok((model, store, scratch, left_out))
 }
 
+/// Density of a body's smoke at its temperature \[kg/m³\], and its viscosity, a share per step.
+pub(crate) fn gas(body: &Body, params: &Params) -> (f64, f64) {
+    let (density, share) = match body.material {
+        Material::Smoke { density_kg_m3, viscosity } => (density_kg_m3, viscosity),
+        _ => (params.air, 0.0),
+    };
+    (density * params.ambient / params.temperature, share)
+}
+
 /// The grid of a body; `Err` in words.
 fn domain(params: &Params, body: &Body, spacing: f64, points: &[Vec3]) -> Result<Grid, String> {
     let h = params.cell.unwrap_or(2.0 * spacing);
@@ -128,7 +146,7 @@ fn domain(params: &Params, body: &Body, spacing: f64, points: &[Vec3]) -> Result
     Ok(Grid::new(low, blocks.map(|b| b as usize * BLOCK), h))
 }
 
-fn partners(scene: &SolverScene, refusals: &mut Refusals, h: f64) -> Vec<Face> {
+pub(crate) fn partners(scene: &SolverScene, refusals: &mut Refusals, h: f64) -> Vec<Face> {
     let mut faces = Vec::new();
     for view in scene.interfaces.iter().filter(|v| v.role == ViewRole::ContactResolver) {
         let name = view.partner.clone();
@@ -162,7 +180,7 @@ fn during(scene: &SolverScene, body: &str, value: impl Fn(&ActionKind) -> Option
     acts.filter_map(one).collect()
 }
 
-fn gravity(scene: &SolverScene) -> Vec<During> {
+pub(crate) fn gravity(scene: &SolverScene) -> Vec<During> {
     let body = scene.bodies.first().map_or("", |b| b.name.as_str());
     during(scene, body, |kind| match kind {
         ActionKind::Gravity { acceleration_m_s2 } => Some(*acceleration_m_s2),
@@ -170,7 +188,7 @@ fn gravity(scene: &SolverScene) -> Vec<During> {
     })
 }
 
-fn winds(scene: &SolverScene) -> Vec<During> {
+pub(crate) fn winds(scene: &SolverScene) -> Vec<During> {
     let body = scene.bodies.first().map_or("", |b| b.name.as_str());
     during(scene, body, |kind| match kind {
         ActionKind::Wind { velocity_m_s, .. } => Some(*velocity_m_s),
@@ -178,8 +196,9 @@ fn winds(scene: &SolverScene) -> Vec<During> {
     })
 }
 
-/// Static solids on the grid.
-fn walls(scene: &SolverScene, body: &Body, model: &mut Model, refusals: &mut Refusals) {
+/// Static colliders that the body meets, and where they are; `h` \[m\] is how fine they have to be.
+pub(crate) fn statics(scene: &SolverScene, body: &Body, h: f64, refusals: &mut Refusals) -> Vec<(Shape, Pose)> {
+    let mut found = Vec::new();
     for wall in &scene.statics {
         let is_pair = |a: &str, b: &str| (a == body.name && b == wall.name) || (b == body.name && a == wall.name);
         if scene.pairs.iter().any(|p| is_pair(&p.a, &p.b) && !p.enabled) {
@@ -189,14 +208,20 @@ fn walls(scene: &SolverScene, body: &Body, model: &mut Model, refusals: &mut Ref
             refusals.push(format!("moving static colliders (`{}`)", wall.name));
         }
         let asset = scene.assets.get(&wall.name).map(AsRef::as_ref);
-        match Shape::prepared(&wall.source, asset, false, model.grid.h) {
-            Ok(shape) => {
-                let ball = crate::solids::radius(&shape).map(|r| (wall.pose.position_m, r));
-                let faces = inside(&model.grid, &Placed::at(shape, &wall.pose), ball);
-                model.whole.fixed.push(Filled { kind: Kind::Driven([0.0; 3]), faces, ratio: HEAVIEST, row: None });
-            }
+        match Shape::prepared(&wall.source, asset, false, h) {
+            Ok(shape) => found.push((shape, wall.pose)),
             Err(why) => refusals.push(format!("`{}` as a solid: {why}", wall.name)),
         }
+    }
+    found
+}
+
+/// Static solids on the grid.
+fn walls(scene: &SolverScene, body: &Body, model: &mut Model, refusals: &mut Refusals) {
+    for (shape, pose) in statics(scene, body, model.grid.h, refusals) {
+        let ball = crate::solids::radius(&shape).map(|r| (pose.position_m, r));
+        let faces = inside(&model.grid, &Placed::at(shape, &pose), ball);
+        model.whole.fixed.push(Filled { kind: Kind::Driven([0.0; 3]), faces, ratio: HEAVIEST, row: None });
     }
 }
 

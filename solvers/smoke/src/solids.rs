@@ -11,6 +11,8 @@
 
 use cosplat_core::boundary::{Vec3, Wrench, cross, norm, scale, sub};
 use cosplat_core::distance::{Placed, Shape, SignedDistance};
+use cosplat_core::plan::InterfaceId;
+use cosplat_core::plugin::InterfaceReport;
 
 use crate::grid::{Faces, Grid, offset};
 use crate::plugs::Plugs;
@@ -238,7 +240,13 @@ impl Solids {
 }
 
 impl Crossed {
-    fn take(&mut self, all: Wrench, gross: f64, work: f64) {
+    /// As the report of an interface.
+    pub(crate) fn report(&self, interface: InterfaceId) -> InterfaceReport {
+        let (received, gross, work_j) = (self.received, self.gross, self.work);
+        InterfaceReport { interface, received, gross, work_j, residual: 0.0 }
+    }
+
+    pub(crate) fn take(&mut self, all: Wrench, gross: f64, work: f64) {
         self.received = self.received.plus(all);
         self.gross += gross;
         self.work += work;

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use crate::flux::visit;
 use crate::model::Model;
 use crate::plugin::Smoke;
-use crate::read::read;
+use crate::read::{Read, asked, read};
 use crate::solids::Solids;
 use crate::step::{Books, Course, Scratch};
 use crate::store::Store;
@@ -25,6 +25,12 @@ fn scene(params: &Value) -> SolverScene {
     scene
 }
 
+/// What a scene becomes.
+fn made(scene: &SolverScene) -> Read {
+    let asked = asked(scene, &Smoke::default().describe()).expect("a scene for smoke");
+    read(scene, asked).expect("a scene it takes")
+}
+
 /// A simulation without its plugin.
 struct Lab {
     model: Model,
@@ -34,7 +40,7 @@ struct Lab {
 
 impl Lab {
     fn new(params: &Value) -> Self {
-        let (model, store, scratch, _) = read(&scene(params), &Smoke::default().describe()).expect("a scene it takes");
+        let (model, store, scratch, _) = made(&scene(params));
         Self { model, store, scratch }
     }
 
@@ -148,7 +154,7 @@ fn a_layer_of_light_gas_below_begins_to_rise_as_rayleigh_and_taylor_say() {
     let mut with = scene(&params);
     with.actions.push(parts::gravity());
     with.bodies[0].material = Material::Smoke { density_kg_m3: 1.0 + heavier, viscosity: 0.0 };
-    let (model, store, scratch, _) = read(&with, &Smoke::default().describe()).expect("a scene it takes");
+    let (model, store, scratch, _) = made(&with);
     let g = model.gravity(0.0, 1.0)[2].abs();
     let mut lab = Lab { model, store, scratch };
     let (k, start) = (2.0 * PI / wave, 0.002);
@@ -200,7 +206,7 @@ fn nothing_in_working_memory_outlives_a_substep() {
     let mut with = scene(&params);
     let kind = ActionKind::Wind { velocity_m_s: [1.0, 0.1, 0.0], air_density_kg_m3: 1.2, drag_coefficient: 1.0 };
     with.actions = vec![parts::gravity(), parts::action(kind, 0.0, None)];
-    let (model, start, scratch, _) = read(&with, &Smoke::default().describe()).expect("a scene it takes");
+    let (model, start, scratch, _) = made(&with);
     let mut lab = Lab { model, store: start.clone(), scratch };
     lab.advance(0.0, 0.05);
     let first = lab.store.clone();

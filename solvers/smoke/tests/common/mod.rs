@@ -164,9 +164,10 @@ impl Run {
         let outputs = self.plugin.advance(&step, inputs, &mut Steady).expect("the step succeeds");
         self.window += 1;
         let report = &outputs.report;
+        let counted = |name: &str| report.counters.get(name).copied().unwrap_or_default();
         self.substeps += report.substeps;
-        self.divergence = self.divergence.max(report.counters["largest-divergence-1e-6"]);
-        self.iterations += report.counters["pressure-iterations"];
+        self.divergence = self.divergence.max(counted("largest-divergence-1e-6"));
+        self.iterations += counted("pressure-iterations");
         let body = &report.bodies[0];
         let received = report.interfaces.iter().fold(report.external, |sum, i| sum.plus(i.received));
         let open = body.momentum.minus(self.momentum).minus(received);
