@@ -4,8 +4,9 @@
 //! One substep:
 //! 1. each block of particles writes mass and momentum into its own tile of nodes (`transfer`, `particles`);
 //! 2. each grid block adds up the tiles that reach it, in a fixed order, and takes outside influences (`grid`, `push`);
-//! 3. bodies of this process exchange contact impulses (`contact`); walls and the stand-ins (`proxy`) of rigid partners
-//!    stop the surfaces of single particles (`touch` finds the places, `settle` the impulses);
+//! 3. bodies of this process exchange contact impulses (`contact`); walls, the stand-ins of rigid partners (`proxy`) and
+//!    of samples of deformable ones (`swarm`) stop the surfaces of single particles (`touch` and `patch` find the places,
+//!    `settle` the impulses);
 //! 4. each block of particles reads its tile back: velocity, velocity gradient, position, strain, plastic flow.
 //!
 //! No two blocks ever write to the same memory and every sum has a fixed order, so the bytes of a state do not depend
@@ -19,8 +20,8 @@
 //! momentum, in f64; the momentum that they must explain is summed over the particles (`report`): two separate roads,
 //! so that their difference is a check.
 //!
-//! Not here yet: contact with partners that show samples, moving walls, two-dimensional
-//! slabs, F-bar for ν near 0.5, restitution, the `genesis` contact law. Each is refused by name.
+//! Not here yet: moving walls, two-dimensional slabs, F-bar for ν near 0.5, restitution, the `genesis` contact law. Each
+//! is refused by name.
 //!
 //! Shapes are formulas, closed meshes or, of static colliders, height fields (`cosplat_core::distance`). A body is a
 //! lattice in a shape or a cloud that was prepared (`sample`); one that comes from a capture carries total deformation
@@ -33,6 +34,7 @@
 
 mod contact;
 mod grid;
+mod hear;
 mod kick;
 mod law;
 mod math;
@@ -40,6 +42,7 @@ mod model;
 mod params;
 mod particles;
 mod parts;
+mod patch;
 mod plugin;
 mod proxy;
 mod push;
@@ -59,6 +62,7 @@ mod sim;
 mod sort;
 mod stable;
 mod store;
+mod swarm;
 mod tally;
 mod tile;
 mod topology;

@@ -19,6 +19,8 @@ pub(crate) struct Face {
     pub(crate) role: ViewRole,
     /// Rigid partner, where this side resolves.
     pub(crate) partner: Option<usize>,
+    /// Partner that shows samples, where this side resolves.
+    pub(crate) cloud: Option<usize>,
 }
 
 /// A particle at the surface of a body.

@@ -2,24 +2,25 @@
 
 use std::collections::BTreeMap;
 
-use cosplat_core::boundary::{BoundaryState, Impulses, norm, sub};
+use cosplat_core::boundary::Impulses;
 use cosplat_core::control::PROTOCOL;
 use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{
-    BoundaryOutput, Descriptor, Inputs, InterfaceReport, InterfaceRole, Outputs, Plugin, PluginError, Pulse, Report,
-    Saves, Setup, SetupBoundary, SolverScene, StateReader, StateSink, Step,
+    BoundaryOutput, Descriptor, Inputs, InterfaceReport, InterfaceRole, Outputs, PartnerSetup, Plugin, PluginError,
+    Pulse, Report, Saves, Setup, SetupBoundary, SolverScene, StateReader, StateSink, Step,
 };
 use cosplat_core::visual::{VisualForm, VisualState};
 
-use crate::kick::{Kick, Kicks};
+use crate::hear::Residuals;
 use crate::model::Model;
 use crate::params::schema;
-use crate::proxy::Proxy;
+use crate::patch::Marks;
 use crate::read::read;
 use crate::real::Real;
 use crate::show::statics;
 use crate::sim::{Books, Course, Sim};
 use crate::store::Store;
+use crate::swarm::{Felt, Swarm};
 use crate::touch::Nodes;
 use crate::walls::Walls;
 
@@ -33,14 +34,16 @@ pub struct Mpm<R: Real> {
 }
 
 #[derive(Debug)]
-struct Run<R: Real> {
-    model: Model<R>,
-    sim: Sim<R>,
+pub(crate) struct Run<R: Real> {
+    pub(crate) model: Model<R>,
+    pub(crate) sim: Sim<R>,
     /// Positions at t = 0, by identity \[m\].
     start: Vec<[f64; 3]>,
     dissipated: f64,
     /// Last velocity and angular velocity of each partner's stand-in.
-    foreseen: Vec<Option<[[f64; 3]; 2]>>,
+    pub(crate) foreseen: Vec<Option<[[f64; 3]; 2]>>,
+    /// What the samples of each partner that shows some felt in the last step.
+    pub(crate) felt: Vec<Felt>,
     pool: Option<rayon::ThreadPool>,
 }
 
@@ -57,7 +60,7 @@ impl<R: Real> Plugin for Mpm<R> {
             materials: ["elastic", "elastoplastic", "viscoplastic", "granular", "snow", "mpm-liquid"]
                 .map(String::from)
                 .into(),
-            roles: vec![InterfaceRole::ResolveProxy, InterfaceRole::Respond],
+            roles: vec![InterfaceRole::ResolveProxy, InterfaceRole::ResolveSamples, InterfaceRole::Respond],
             boundary: if double {
                 BoundaryForm::SamplesF64 { normals: true }
             } else {
@@ -83,27 +86,42 @@ impl<R: Real> Plugin for Mpm<R> {
             .map_err(|e| PluginError::Unsupported(format!("{} threads: {e}", model.threads)))?;
         let start = model.seeds.iter().map(|s| s.position).collect();
         let foreseen = vec![None; model.setting.partners.len()];
-        let run = Run { model, sim, start, dissipated: 0.0, foreseen, pool };
+        let felt = vec![Felt::default(); model.setting.clouds.len()];
+        let run = Run { model, sim, start, dissipated: 0.0, foreseen, felt, pool };
         let setup = run.setup();
         self.run = Some(run);
         Ok(setup)
     }
 
+    fn connect(&mut self, partners: &[PartnerSetup]) -> Result<(), PluginError> {
+        let Some(run) = &mut self.run else { return Ok(()) };
+        for face in &run.model.faces {
+            let Some(cloud) = face.cloud.and_then(|k| run.sim.setting.clouds.get_mut(k)) else { continue };
+            let found = partners.iter().find(|p| p.interface == face.id);
+            cloud.marks = found
+                .and_then(|p| Marks::new(&p.statics))
+                .ok_or_else(|| refused(&format!("samples of `{}` that are not there or have no mass", cloud.name)))?;
+        }
+        Ok(())
+    }
+
     fn advance(&mut self, step: &Step, inputs: &Inputs, pulse: &mut dyn Pulse) -> Result<Outputs, PluginError> {
         let run = self.run.as_mut().ok_or_else(not_set_up)?;
         let proxies = run.proxies(inputs)?;
-        let residuals = run.residuals(&proxies);
+        let (swarms, by_samples) = run.swarms(inputs, step.length_s)?;
+        let residuals = Residuals { proxies: run.residuals(&proxies), swarms: by_samples };
         let kicks = run.kicks(inputs)?;
         let books = Books { dissipated: run.dissipated, ..Books::default() };
         let length = step.length_s;
         let sim = &mut run.sim;
-        let mut course = Course { start: step.start_s, length, proxies, kicks, books };
+        let mut course = Course { start: step.start_s, length, proxies, swarms, kicks, books };
         sim.run(&mut course, run.pool.as_ref(), pulse)?;
         run.dissipated = course.books.dissipated;
         for proxy in &course.proxies {
             let (v, w) = proxy.twist();
             run.foreseen[proxy.partner] = Some([v, w]);
         }
+        run.felt = course.swarms.iter().map(Swarm::felt).collect();
         run.check(&course)?;
         Ok(run.outputs(step.start_s + length, &course, &residuals))
     }
@@ -124,13 +142,14 @@ impl<R: Real> Plugin for Mpm<R> {
             sink.u64(u64::from(foreseen.is_some()));
             foreseen.unwrap_or_default().into_iter().for_each(|v| sink.vec3(v));
         }
+        run.felt.iter().for_each(|felt| felt.save(sink));
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), PluginError> {
         let run = self.run.as_mut().ok_or_else(not_set_up)?;
         let mut reader = StateReader::new(state);
         let store = run.sim.store.load(&mut reader, run.model.names.len())?;
-        let colliders = run.model.walls.len() + run.sim.setting.partners.len();
+        let colliders = run.model.walls.len() + run.sim.setting.partners.len() + run.felt.len();
         let memory = Nodes::load(&mut reader, store.len() as u64, colliders as u64)?;
         let dissipated = reader.f64()?;
         let mut foreseen = Vec::new();
@@ -139,10 +158,12 @@ impl<R: Real> Plugin for Mpm<R> {
             let twist = [reader.vec3()?, reader.vec3()?];
             foreseen.push(known.then_some(twist));
         }
+        let clouds = &run.sim.setting.clouds;
+        let felt = clouds.iter().map(|c| Felt::load(&mut reader, c.marks.len())).collect::<Result<_, _>>()?;
         reader.end()?;
         run.sim.store = store;
         run.sim.contact.resume(memory);
-        (run.dissipated, run.foreseen) = (dissipated, foreseen);
+        (run.dissipated, run.foreseen, run.felt) = (dissipated, foreseen, felt);
         run.sim.rebuild(true);
         Ok(())
     }
@@ -178,53 +199,6 @@ impl<R: Real> Run<R> {
         }
     }
 
-    /// Stand-ins of all rigid partners, in the order of the partners.
-    fn proxies(&self, inputs: &Inputs) -> Result<Vec<Proxy>, PluginError> {
-        let mut proxies = Vec::new();
-        for (index, partner) in self.sim.setting.partners.iter().enumerate() {
-            let record = self.model.faces.iter().filter(|f| f.partner == Some(index)).find_map(|f| {
-                let input = inputs.partner(f.id)?;
-                if let BoundaryState::Proxy(record) = &input.now { Some(record) } else { None }
-            });
-            let record = record.ok_or_else(|| refused(&format!("a step without the record of `{}`", partner.name)))?;
-            if !Proxy::is_sound(record) {
-                return Err(PluginError::Physics(format!("the record of `{}` is not finite", partner.name)));
-            }
-            proxies.push(Proxy::new(index, record, self.model.names.len()));
-        }
-        Ok(proxies)
-    }
-
-    /// Speed by which each partner differs from what its stand-in foresaw.
-    fn residuals(&self, proxies: &[Proxy]) -> Vec<f64> {
-        let differs = |p: &Proxy| {
-            let (v, _) = p.twist();
-            self.foreseen[p.partner].map_or(0.0, |[before, _]| norm(sub(v, before)))
-        };
-        proxies.iter().map(differs).collect()
-    }
-
-    fn kicks(&self, inputs: &Inputs) -> Result<Kicks, PluginError> {
-        let mut kicks = Vec::new();
-        for input in &inputs.impulses {
-            let face = self.model.faces.iter().position(|f| f.id == input.interface && f.role.takes_impulses());
-            let index = face.ok_or_else(|| refused(&format!("impulses at interface {}", input.interface)))?;
-            let surface = &self.model.shown[self.model.faces[index].body].surface;
-            let Impulses::Samples(wanted) = &input.impulses else {
-                return Err(refused("a rigid impulse on particles"));
-            };
-            if wanted.len() != surface.len() {
-                return Err(refused(&format!("{} impulses on {} samples", wanted.len(), surface.len())));
-            }
-            if wanted.iter().flatten().any(|j| !j.is_finite()) {
-                return Err(PluginError::Physics(format!("impulses at interface {} are not finite", input.interface)));
-            }
-            let ids = surface.iter().map(|mark| mark.id).collect();
-            kicks.push(Kick::new(index, ids, wanted.clone(), input.spread));
-        }
-        Ok(Kicks(kicks))
-    }
-
     fn check(&self, course: &Course) -> Result<(), PluginError> {
         let clamped = course.books.clamped as f64;
         if clamped > MOST_CLAMPED * (self.sim.store.len() as f64) * course.books.substeps as f64 {
@@ -236,7 +210,7 @@ impl<R: Real> Run<R> {
         Ok(())
     }
 
-    fn outputs(&self, t: f64, course: &Course, residuals: &[f64]) -> Outputs {
+    fn outputs(&self, t: f64, course: &Course, residuals: &Residuals) -> Outputs {
         let shown = self.model.shown.iter().enumerate().filter(|(_, s)| s.has_interface);
         let boundaries =
             shown.map(|(i, s)| BoundaryOutput { body: self.model.names[i].clone(), state: self.sim.samples(s) });
@@ -248,8 +222,14 @@ impl<R: Real> Run<R> {
                 let proxy = &course.proxies[partner];
                 let own = &proxy.on_own[face.body];
                 (report.received, report.gross, report.work_j) = (own.wrench, own.gross, own.work);
-                report.residual = residuals[partner];
+                report.residual = residuals.proxies[partner];
                 impulses.push((face.id, Impulses::Rigid(proxy.on_partner[face.body])));
+            } else if let Some(cloud) = face.cloud {
+                let swarm = &course.swarms[cloud];
+                let own = &swarm.on_own[face.body];
+                (report.received, report.gross, report.work_j) = (own.wrench, own.gross, own.work);
+                report.residual = residuals.swarms[cloud];
+                impulses.push((face.id, Impulses::Samples(swarm.on_partner[face.body].clone())));
             } else if let Some(kick) = course.kicks.0.iter().find(|k| k.index == index) {
                 (report.received, report.gross, report.work_j) = kick.totals();
             }
@@ -281,7 +261,7 @@ impl<R: Real> Run<R> {
     }
 }
 
-fn refused(what: &str) -> PluginError {
+pub(crate) fn refused(what: &str) -> PluginError {
     PluginError::Unsupported(format!("the material point solver does not support: {what}"))
 }
 

@@ -41,7 +41,7 @@ pub(crate) fn read<R: Real>(scene: &SolverScene) -> Result<Model<R>, PluginError
     }
     let walls = scene.statics.iter().filter_map(|s| reader.wall(s)).collect();
     let pairs = reader.own_pairs(&shown);
-    let (faces, partners) = reader.interfaces();
+    let (faces, partners, clouds) = reader.interfaces();
     let actions = actions(scene, &shown, &mut reader.refused);
     if !reader.refused.is_empty() {
         return Err(refusal(&reader.refused));
@@ -61,12 +61,14 @@ pub(crate) fn read<R: Real>(scene: &SolverScene) -> Result<Model<R>, PluginError
         actions,
         pairs,
         partners,
+        clouds,
         names: scene.bodies.iter().map(|b| b.name.clone()).collect(),
         limits: Limits {
             courant: reader.params.courant.unwrap_or(0.5),
             most: reader.params.most.unwrap_or(f64::INFINITY),
         },
         lightest: seeds.iter().map(|s: &Seed| s.mass).fold(f64::INFINITY, f64::min),
+        largest: seeds.iter().map(|s: &Seed| s.volume).fold(0.0, f64::max),
         threads: scene.threads > 1,
     };
     let names = scene.bodies.iter().map(|b| b.name.clone()).collect();

@@ -1,4 +1,4 @@
-//! Colliders and rigid partners: their shapes and what they do to each body.
+//! Colliders and partners: their shapes and what they do to each body.
 
 use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{InterfaceView, ViewRole};
@@ -7,6 +7,7 @@ use cosplat_core::scene::{Source, StaticCollider, Wall as WallKind};
 use crate::model::Face;
 use crate::proxy::Partner;
 use crate::read::Reader;
+use crate::swarm::Cloud;
 use crate::walls::{Surface, Wall};
 use cosplat_core::distance::{Placed, Shape};
 
@@ -46,32 +47,42 @@ impl Reader<'_> {
         Some(Wall { shape: Placed::at(shape, &wall.pose), surface })
     }
 
-    /// Interfaces as this solver plays them, and the rigid partners among them.
-    pub(crate) fn interfaces(&mut self) -> (Vec<Face>, Vec<Partner>) {
-        let (mut faces, mut partners) = (Vec::new(), Vec::<Partner>::new());
+    /// Interfaces as this solver plays them, the rigid partners among them, and those that show samples.
+    pub(crate) fn interfaces(&mut self) -> (Vec<Face>, Vec<Partner>, Vec<Cloud>) {
+        let (mut faces, mut partners, mut clouds) = (Vec::new(), Vec::<Partner>::new(), Vec::<Cloud>::new());
         for view in &self.scene.interfaces {
             let label = format!("`{}` and `{}`", view.own, view.partner);
             let Some(body) = self.scene.bodies.iter().position(|b| b.name == view.own) else {
                 self.refuse(format!("interfaces of bodies it does not have ({label})"));
                 continue;
             };
-            let partner = match view.role {
-                ViewRole::ContactResponder => None,
+            let (mut partner, mut cloud) = (None, None);
+            match view.role {
+                ViewRole::ContactResponder => {}
                 ViewRole::ContactResolver if view.partner_form == BoundaryForm::Proxy => {
-                    self.partner(view, body, &mut partners)
+                    partner = self.partner(view, body, &mut partners);
                 }
-                ViewRole::ContactResolver => {
-                    self.refuse(format!("resolving contact with partners that show samples ({label})"));
-                    None
-                }
-                _ => {
-                    self.refuse(format!("links ({label})"));
-                    None
-                }
-            };
-            faces.push(Face { id: view.id, body, role: view.role, partner });
+                ViewRole::ContactResolver => cloud = self.sampled_partner(view, body, &mut clouds),
+                _ => self.refuse(format!("links ({label})")),
+            }
+            faces.push(Face { id: view.id, body, role: view.role, partner, cloud });
         }
-        (faces, partners)
+        (faces, partners, clouds)
+    }
+
+    fn sampled_partner(&mut self, view: &InterfaceView, body: usize, clouds: &mut Vec<Cloud>) -> Option<usize> {
+        let Some(pair) = view.pair.clone() else {
+            self.refuse(format!("partners without a listed pair (`{}`)", view.partner));
+            return None;
+        };
+        let surface = self.surface(&pair)?;
+        let index = clouds.iter().position(|c| c.name == view.partner).unwrap_or_else(|| {
+            let pairs = vec![None; self.scene.bodies.len()];
+            clouds.push(Cloud { name: view.partner.clone(), pairs, ..Cloud::default() });
+            clouds.len() - 1
+        });
+        clouds[index].pairs[body] = Some(surface);
+        Some(index)
     }
 
     fn partner(&mut self, view: &InterfaceView, body: usize, partners: &mut Vec<Partner>) -> Option<usize> {

@@ -12,10 +12,11 @@ use crate::particles::Tiles;
 use crate::proxy::{Partner, Proxy};
 use crate::push::{Action, Push};
 use crate::real::Real;
-use crate::settle::collide;
+use crate::settle::{Others, collide};
 use crate::shores::Shores;
 use crate::stable::{Bound, Limits, Stable};
 use crate::store::Store;
+use crate::swarm::{Cloud, Swarm};
 use crate::tally::Tally;
 use crate::topology::Topology;
 use crate::touch::Nodes;
@@ -51,12 +52,16 @@ pub(crate) struct Setting<R: Real> {
     pub(crate) pairs: Pairs,
     /// Rigid partners.
     pub(crate) partners: Vec<Partner>,
+    /// Partners that show samples.
+    pub(crate) clouds: Vec<Cloud>,
     /// Names of the bodies.
     pub(crate) names: Vec<String>,
     /// Limits of the substep.
     pub(crate) limits: Limits,
     /// Mass of the lightest particle \[kg\].
     pub(crate) lightest: f64,
+    /// Volume at rest of the largest particle \[m³\].
+    pub(crate) largest: f64,
     /// More than one thread.
     pub(crate) threads: bool,
 }
@@ -113,6 +118,8 @@ pub(crate) struct Course {
     pub(crate) length: f64,
     /// Stand-ins of rigid partners.
     pub(crate) proxies: Vec<Proxy>,
+    /// Stand-ins of partners that show samples.
+    pub(crate) swarms: Vec<Swarm>,
     /// Impulses on own samples.
     pub(crate) kicks: Kicks,
     /// What happened.
@@ -243,7 +250,14 @@ impl<R: Real> Sim<R> {
         let (stopped, slid) = shores.stop(&step, grid);
         course.books.external.add(&stopped);
         course.books.dissipated += slid;
-        let met = collide(&step, (store, grid), walls, &setting.partners, &mut course.proxies, contact);
+        let mut others = Others {
+            partners: &setting.partners,
+            proxies: &mut course.proxies,
+            clouds: &setting.clouds,
+            swarms: &mut course.swarms,
+            half: 0.5 * libm::cbrt(setting.largest),
+        };
+        let met = collide(&step, (store, grid), walls, &mut others, contact);
         course.books.external.add(&met.walls);
         course.books.dissipated += met.lost;
         course.books.places += met.places;

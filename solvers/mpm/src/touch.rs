@@ -7,6 +7,8 @@
 //! same weights acts exactly there, in momentum and in moment. The place moves with the particle and not with the nodes:
 //! contact is neither early by the reach of the kernel nor does it move in steps of a cell. The weights of the particle's
 //! own nodes bound `Σ a_i²/m_i` by a few `1/m_p`, so that nodes with almost no mass do no harm.
+//!
+//! A partner's samples are met where their impulses will act, in the middle of those that count (`patch`).
 
 use cosplat_core::boundary::{add, dot, scale, sub};
 use cosplat_core::plugin::{StateError, StateReader, StateSink};
@@ -16,6 +18,7 @@ use wide::f64x4;
 use crate::grid::{Grid, Substep};
 use crate::real::{Lanes, Real};
 use crate::store::{B, Block, Store, VOL, X};
+use crate::swarm::{Cloud, Swarm};
 use crate::topology::{NONE, REACH};
 use crate::walls::{BLOCK_RADIUS, Surface, Walls, middle};
 use cosplat_core::distance::{Placed, SignedDistance};
@@ -29,12 +32,28 @@ const HOLDS: f64 = 0.05;
 const GIVEN_BACK: f64 = 0.1;
 const FASTEST: f64 = 0.002;
 
+/// Farthest from a particle that an impulse acts on it, in cells: `Σ a_i²/m_i` grows by four times the square of that.
+const FARTHEST: f64 = 1.0;
+
 /// A rigid partner where it is now.
 pub(crate) struct Moved {
     /// Shape and place.
     pub(crate) shape: Placed,
     /// Surface for each own body.
     pub(crate) surface: Vec<Option<Surface>>,
+}
+
+/// All that bodies can touch.
+pub(crate) struct Colliders<'a> {
+    /// Static colliders.
+    pub(crate) walls: &'a Walls,
+    /// Rigid partners.
+    pub(crate) moved: &'a [Moved],
+    /// Partners that show samples.
+    pub(crate) clouds: &'a [Cloud],
+    pub(crate) swarms: &'a [Swarm],
+    /// Half the width of the widest particle \[m\].
+    pub(crate) half: f64,
 }
 
 /// Nodes of all touching particles, each once.
@@ -61,7 +80,9 @@ type Place = (u32, usize);
 pub(crate) struct Touch {
     /// Particle.
     id: u32,
-    /// Collider: a wall, or after the walls a rigid partner.
+    /// Its body.
+    pub(crate) body: usize,
+    /// Collider: a wall, after the walls a rigid partner, after these a partner that shows samples.
     pub(crate) cause: usize,
     /// The place \[m\].
     pub(crate) x: [f64; 3],
@@ -78,6 +99,9 @@ pub(crate) struct Touch {
     pub(crate) weights: [f64; 27],
     /// `Σ a_i²/m_i` \[1/kg\].
     pub(crate) inverse: f64,
+    /// The partner's samples and their shares, and the same sum of them \[1/kg\]; nothing for other colliders.
+    pub(crate) shares: Vec<(u32, f64)>,
+    pub(crate) gives: f64,
     /// Impulse on the body \[N s\].
     pub(crate) impulse: [f64; 3],
 }
@@ -87,11 +111,14 @@ struct Found {
     block: u32,
     slot: u32,
     cause: usize,
+    /// Middle of the particle, and from there to the place \[m\].
     x: [f64; 3],
+    way: [f64; 3],
     normal: [f64; 3],
     gap: f64,
-    reach: f64,
     surface: Surface,
+    shares: Vec<(u32, f64)>,
+    gives: f64,
 }
 
 /// All places in reach, in the order of the particles in memory and then of the colliders.
@@ -99,11 +126,14 @@ pub(crate) fn touches<R: Real>(
     step: &Substep,
     store: &Store<R>,
     grid: &Grid<R>,
-    walls: &Walls,
-    partners: &[Moved],
+    colliders: &Colliders,
     nodes: &mut Nodes,
 ) -> Vec<Touch> {
-    let one = |(b, block): (usize, &Block)| in_block(step, store, (b, block), walls, partners);
+    let one = |(b, block): (usize, &Block)| {
+        let mut found = in_block(step, store, (b, block), colliders);
+        at_samples(step, store, (b, block), colliders, &mut found);
+        found
+    };
     let found: Vec<Vec<Found>> = if step.parallel {
         store.blocks.par_iter().enumerate().map(one).collect()
     } else {
@@ -111,16 +141,16 @@ pub(crate) fn touches<R: Real>(
     };
     nodes.forget();
     nodes.known.resize(step.topology.entries.len() * crate::tile::NODES, NONE);
-    found.into_iter().flatten().map(|f| touch(step, store, grid, nodes, &f)).collect()
+    found.into_iter().flatten().map(|f| touch(step, store, grid, nodes, f)).collect()
 }
 
 fn in_block<R: Real>(
     step: &Substep,
     store: &Store<R>,
     (b, block): (usize, &Block),
-    walls: &Walls,
-    partners: &[Moved],
+    colliders: &Colliders,
 ) -> Vec<Found> {
+    let Colliders { walls, moved: partners, .. } = colliders;
     let (dx, body, at) = (step.dx, block.body as usize, middle(block, step.dx));
     let still = walls.near[b].iter().filter_map(|&w| {
         let wall = &walls.list[w as usize];
@@ -146,11 +176,47 @@ fn in_block<R: Real>(
             let reach = half_width(store, slot as usize, normal);
             let gap = phi - reach;
             if gap < WATCHED * dx {
-                found.push(Found { block: b as u32, slot, cause, x: p, normal, gap, reach, surface });
+                let way = scale(normal, -reach);
+                let (shares, gives) = (Vec::new(), 0.0);
+                found.push(Found { block: b as u32, slot, cause, x: p, way, normal, gap, surface, shares, gives });
             }
         }
     }
     found
+}
+
+/// Adds the places where a block's particles meet samples.
+fn at_samples<R: Real>(
+    step: &Substep,
+    store: &Store<R>,
+    (b, block): (usize, &Block),
+    colliders: &Colliders,
+    found: &mut Vec<Found>,
+) {
+    let (dx, first) = (step.dx, colliders.walls.list.len() + colliders.moved.len());
+    for (k, (cloud, swarm)) in colliders.clouds.iter().zip(colliders.swarms).enumerate() {
+        let Some(surface) = cloud.pairs[block.body as usize] else { continue };
+        let reach = cloud.marks.reach(colliders.half);
+        let (near, [low, high]) = swarm.around(block, dx, reach);
+        if near.is_empty() {
+            continue;
+        }
+        for slot in (0..block.live).map(|i| block.first * 4 + i) {
+            let p = store.position(block, slot as usize, dx);
+            if (0..3).any(|k| p[k] < low[k] - reach || p[k] > high[k] + reach) {
+                continue;
+            }
+            let half = 0.5 * libm::cbrt(store.field(slot as usize, VOL));
+            let Some(patch) = swarm.patch(&cloud.marks, &near, p, half) else { continue };
+            let gap = patch.distance - half_width(store, slot as usize, patch.normal);
+            if gap < WATCHED * dx {
+                let far = dot(patch.way, patch.way).sqrt() / (FARTHEST * dx);
+                let (way, gives) = (scale(patch.way, 1.0 / far.max(1.0)), cloud.marks.gives(&patch.shares));
+                let (cause, normal, shares) = (first + k, patch.normal, patch.shares);
+                found.push(Found { block: b as u32, slot, cause, x: p, way, normal, gap, surface, shares, gives });
+            }
+        }
+    }
 }
 
 /// Distance of a particle's surface from its middle \[m\].
@@ -163,10 +229,9 @@ fn half_width<R: Real>(store: &Store<R>, slot: usize, n: [f64; 3]) -> f64 {
     0.5 * libm::cbrt(store.field(slot, VOL)) * (1.0 + strain).max(0.0).sqrt()
 }
 
-fn touch<R: Real>(step: &Substep, store: &Store<R>, grid: &Grid<R>, nodes: &mut Nodes, found: &Found) -> Touch {
+fn touch<R: Real>(step: &Substep, store: &Store<R>, grid: &Grid<R>, nodes: &mut Nodes, found: Found) -> Touch {
     let reached = &step.topology.reached[found.block as usize];
     let (slot, dx) = (found.slot as usize, step.dx);
-    let way = scale(found.normal, -found.reach);
     // Per axis: tile node of the first of three, weights, distances from the particle in cells.
     let axis = |k: usize| {
         let x = store.field(slot, X + k);
@@ -176,12 +241,13 @@ fn touch<R: Real>(step: &Substep, store: &Store<R>, grid: &Grid<R>, nodes: &mut 
         ((first + 1.0) as usize, [0.5 * low * low, 0.75 - d * d, 0.5 * high * high], [-1.0 - d, -d, 1.0 - d])
     };
     let axes = [axis(0), axis(1), axis(2)];
-    let tilt = scale(way, 4.0 / dx);
+    let tilt = scale(found.way, 4.0 / dx);
     let id = store.ids[slot / 4][slot % 4];
     let mut touch = Touch {
         id,
+        body: store.blocks[found.block as usize].body as usize,
         cause: found.cause,
-        x: add(found.x, way),
+        x: add(found.x, found.way),
         normal: found.normal,
         gap: found.gap,
         surface: found.surface,
@@ -189,6 +255,8 @@ fn touch<R: Real>(step: &Substep, store: &Store<R>, grid: &Grid<R>, nodes: &mut 
         nodes: [0; 27],
         weights: [0.0; 27],
         inverse: 0.0,
+        shares: found.shares,
+        gives: found.gives,
         impulse: nodes.guess((id, found.cause)),
     };
     for i in 0..27 {

@@ -15,6 +15,8 @@ mod liquid;
 #[cfg(test)]
 mod motion;
 #[cfg(test)]
+mod pair;
+#[cfg(test)]
 mod quarantine;
 #[cfg(test)]
 mod rigid;

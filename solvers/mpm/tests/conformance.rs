@@ -131,10 +131,31 @@ fn resolver<R: Real>() -> Case {
     Case { closure_gate: gate::<R>(), ..Case::new("resolver", scene).hearing(vec![partner], windows.collect()) }
 }
 
+/// A soft layer of another process into which the ball falls.
+fn resolver_of_samples<R: Real>() -> Case {
+    let mut scene = solids();
+    scene.interfaces = vec![parts::view(5, ViewRole::ContactResolver, "ball", "layer", Vec::new())];
+    scene.interfaces[0].pair = Some(pair("ball", "layer"));
+    scene.interfaces[0].partner_form = BoundaryForm::SamplesF64 { normals: false };
+    let length_s = scene.clock.window_s();
+    let places = |height: f64| -> Vec<[f64; 3]> {
+        (0..81).map(|i| [0.02 * f64::from(i / 9) - 0.06, 0.02 * f64::from(i % 9) - 0.08, height]).collect()
+    };
+    let windows = (0..4).map(|w| {
+        let now = BoundaryState::points(&places(0.1 + 0.002 * f64::from(w)), &vec![[0.1, 0.0, 2.0]; 81]);
+        let partner = PartnerInput { interface: 5, rule: MotionRule::Hold, now, next: None, length_s };
+        Inputs { partners: vec![partner], impulses: Vec::new() }
+    });
+    let statics = SampleStatics { volume_m3: vec![8e-6; 81], ..SampleStatics::equal(81, 8e-3) };
+    let partner = PartnerSetup { interface: 5, statics };
+    let case = Case::new("resolver of samples", scene).hearing(vec![partner], windows.collect());
+    Case { closure_gate: gate::<R>(), ..case }
+}
+
 fn conforms<R: Real>() {
     let solids = Case { closure_gate: gate::<R>(), ..Case::new("solids", solids()) };
     let flowing = Case { closure_gate: gate::<R>(), ..Case::new("flowing", flowing()) };
-    assert_conforms(&make::<R>, &[solids, flowing, responder::<R>(), resolver::<R>()]);
+    assert_conforms(&make::<R>, &[solids, flowing, responder::<R>(), resolver::<R>(), resolver_of_samples::<R>()]);
 }
 
 #[test]

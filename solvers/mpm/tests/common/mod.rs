@@ -1,6 +1,7 @@
 //! Scenes of one solver, and a run of windows with the books checked.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+pub(crate) mod pair;
 pub(crate) mod rock;
 
 use cosplat_core::boundary::{Wrench, add, norm, sub};
