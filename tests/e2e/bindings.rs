@@ -26,7 +26,21 @@ fn sheet(n: usize) -> String {
     out
 }
 
-fn scene(sheet: &Path) -> String {
+/// Five Gaussians on that sheet, as `.ply` in its frame.
+fn worn() -> String {
+    let names = "x y z opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3 f_dc_0 f_dc_1 f_dc_2";
+    let mut out = "ply\nformat ascii 1.0\nelement vertex 5\n".to_owned();
+    for name in names.split(' ') {
+        let _ = writeln!(out, "property float {name}");
+    }
+    out += "end_header\n";
+    for i in 0..5 {
+        let _ = writeln!(out, "{} 0.03 0.001 4 -5 -5 -7 1 0 0 0 1 0 0", 0.04 * f64::from(i) - 0.08);
+    }
+    out
+}
+
+fn scene(sheet: &Path, worn: &Path) -> String {
     let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/assets");
     format!(
         r#"
@@ -60,13 +74,21 @@ mesh = {{ file = "{sheet}", up = "+z" }}
 position = [-1, 0, 0]
 binding = "vertices"
 
+[[body]]
+name = "shirt"
+material = "silk"
+mesh = {{ file = "{sheet}", up = "+z" }}
+position = [-2, 0, 0]
+binding = {{ kind = "triangles", splat = "{worn}" }}
+
 [[action]]
 kind = "gravity"
 acceleration = [0, 0, -9.81]
 "#,
         duck = assets.join("duck.obj").display(),
         rock = assets.join("chrono_rock1.obj").display(),
-        sheet = sheet.display()
+        sheet = sheet.display(),
+        worn = worn.display()
     )
 }
 
@@ -90,7 +112,9 @@ fn meshes_are_drawn_by_their_vertices_and_triangles_and_written_compactly() {
     let place = tempfile::tempdir().expect("a scratch folder");
     let file = place.path().join("sheet.obj");
     std::fs::write(&file, sheet(11)).expect("a file");
-    let run = Program::run(&scene(&file), &["--quiet"]).finish().expect_code(0);
+    let capture = place.path().join("worn.ply");
+    std::fs::write(&capture, worn()).expect("a file");
+    let run = Program::run(&scene(&file, &capture), &["--quiet"]).finish().expect_code(0);
     let splats = run.folder.join("splats");
     let mut names: Vec<String> = std::fs::read_dir(&splats)
         .expect("splats are written")
@@ -99,9 +123,9 @@ fn meshes_are_drawn_by_their_vertices_and_triangles_and_written_compactly() {
     names.sort();
     assert_eq!(names, ["frame_0000.ply", "frame_0001.cgs", "frame_0002.cgs"]);
     let [first, last] = ["frame_0000.ply", "frame_0002.cgs"].map(|name| info(&splats.join(name)));
-    // One a vertex of the duck, none of which are welded, and of the cloth; the rock has about 6000 samples.
+    // One a vertex of the duck, none of which are welded, and of the cloth; the shirt has five, the rock about 6000.
     let count = first["gaussians"].as_u64().expect("a number") as usize;
-    let rock = count - vertices("duck.obj") - 121;
+    let rock = count - vertices("duck.obj") - 121 - 5;
     assert!((4000..9000).contains(&rock), "{rock}");
     assert_eq!(last["gaussians"].as_u64(), first["gaussians"].as_u64());
     let whole = place.path().join("last.ply");

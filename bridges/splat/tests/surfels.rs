@@ -7,7 +7,7 @@ use cosplat_splat::bind::Frame;
 use cosplat_splat::surfel::{
     Fabric, Light, MeshSurfels, Sample, colour_by_vertices, dots, fabric, grained, linear_of_display, lit, topological,
 };
-use cosplat_splat::{OutputFrame, SH_C0, Splats};
+use cosplat_splat::{Axes, OutputFrame, SH_C0, Similarity, Splats};
 use nalgebra::{Matrix3, Vector3};
 
 #[test]
@@ -177,6 +177,43 @@ fn surfels_of_vertices_and_triangles_follow_particles_that_are_neither() {
 }
 
 /// A closed mesh is dark inside: only the side towards the lamp is bright.
+#[test]
+fn a_mesh_wears_a_capture_as_a_pose_would_carry_it() {
+    let (positions, cloth) = sheet(9, 0.01, 1.0);
+    let mut capture = Splats { axes: Axes::Scene, ..common::some_splats(200, 3, 5) };
+    for (i, place) in capture.positions.iter_mut().enumerate() {
+        // Over the sheet and beyond its rim, up to three millimetres off it.
+        let part = |k: usize| ((i * k) % 97) as f32 / 97.0;
+        *place = [0.1 * part(31) - 0.01, 0.1 * part(53) - 0.01, 0.006 * part(71) - 0.003];
+    }
+    let mesh = MeshSurfels::on_vertices(positions, cloth, false).unwrap().wearing(capture.clone()).unwrap();
+    assert_eq!(mesh.gaussians(), 200);
+    let pose = Frame::of_pose([0.3, -0.2, 1.0], [0.1, 0.4, -0.2, 0.9]).unwrap();
+    let found = mesh.drawn(&mesh.posed(&pose), &Light::default(), &OutputFrame::world()).unwrap();
+    let rest = capture.positions.clone();
+    let mut wanted = capture;
+    Similarity::from(pose).apply(&mut wanted, Axes::Scene);
+    assert_eq!(found.sh_dc, wanted.sh_dc, "its light is its own");
+    for i in 0..200 {
+        let gap = (0..3).map(|k| (found.positions[i][k] - wanted.positions[i][k]).abs()).fold(0.0, f32::max);
+        let sigma = covariance(&wanted, i);
+        // Vertices in single precision around 1 m, over triangles of 1 cm: a turn is known to 1e-5.
+        assert!(gap < 1e-6 && (covariance(&found, i) - sigma).amax() < 1e-4 * sigma.amax(), "{i}: {gap}");
+        let bands = found.rest(i).iter().flatten().zip(wanted.rest(i).iter().flatten());
+        assert!(bands.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) < 1e-4, "{i}");
+    }
+    // A sheet that is rolled up takes them along: what lies on it stays on it.
+    let rolled = |p: &[f64; 3]| [0.02 * (p[0] / 0.02).sin(), p[1], 0.02 - 0.02 * (p[0] / 0.02).cos()];
+    let on_it: Vec<[f64; 3]> = mesh.vertices_m().iter().map(rolled).collect();
+    let found = mesh.drawn(&on_it, &Light::default(), &OutputFrame::world()).unwrap();
+    let axis = |p: &[f32; 3]| f64::from(p[0]).hypot(f64::from(p[2]) - 0.02);
+    let over = |p: &[f32; 3]| p[0] > 0.0 && p[0] < 0.08;
+    for (now, rest) in found.positions.iter().zip(&rest).filter(|(_, rest)| over(rest)) {
+        // A chord of a centimetre lies up to h²/8R = 0.6 mm below its arc.
+        assert!((axis(now) - 0.02 + f64::from(rest[2])).abs() < 1e-3, "{now:?} {rest:?}");
+    }
+}
+
 #[test]
 fn a_closed_mesh_is_lit_from_one_side() {
     let light = Light { towards: [0.0, 0.0, 1.0], ambient: 0.25 };

@@ -7,7 +7,7 @@ use cosplat_core::scene::{Body, Source};
 use cosplat_splat::clean::{Rules, clean};
 use cosplat_splat::format::{self, Decoded, ending_of};
 use cosplat_splat::stage::{Recipe, Report, Staged};
-use cosplat_splat::{Axes, SplatError, Splats};
+use cosplat_splat::{Axes, Similarity, SplatError, Splats};
 
 use super::up::{axis, stated_or};
 use super::{Made, Maker, files};
@@ -35,6 +35,27 @@ impl Maker<'_> {
         Ok((staged, dropped))
     }
 
+    /// The Gaussians that a mesh wears: those of `file` that can be seen, in the frame of the body that the mesh becomes.
+    /// Both files have one frame, so that what turns and scales the mesh turns and scales them.
+    pub(super) fn worn(&self, mesh: &Source, file: &str) -> Result<Splats, String> {
+        let Source::Mesh { file: of_mesh, metres_per_unit, up } = mesh else {
+            return Err("its source is no mesh".to_owned());
+        };
+        let (bytes, path) = files::read(self.source, file)?;
+        let splats = format::read(&bytes, ending_of(&path))
+            .map_err(|e| e.in_file(path.display().to_string()).to_string())?
+            .splats;
+        let (kept, counted) = clean(&splats, &Rules::default());
+        if kept.is_empty() {
+            return Err(format!("`{}`: nothing of it can be seen: {counted}", path.display()));
+        }
+        let mut splats = splats.select(&kept);
+        let up = self.up_of_mesh(of_mesh, up)?;
+        let similarity = Similarity::upright(axis(&up), *metres_per_unit).map_err(|e| e.to_string())?;
+        similarity.apply(&mut splats, Axes::Scene);
+        Ok(splats)
+    }
+
     /// The file of a capture, what is to be made of it, and a sentence about its up axis.
     fn decoded(&self, body: &Body) -> Result<(Decoded, Recipe, Option<String>, PathBuf), String> {
         let Source::Splat { file, metres_per_unit, up, min_opacity, keep_box, fill } = &body.source else {
@@ -53,7 +74,7 @@ impl Maker<'_> {
             min_opacity: *min_opacity,
             keep_box: *keep_box,
             method: *fill,
-            binding: self.bindings.get(&body.name).copied().unwrap_or_default(),
+            binding: self.bindings.get(&body.name).map(|b| b.spec).unwrap_or_default(),
             ..Recipe::new(*metres_per_unit, axis(up), spacing)
         };
         Ok((decoded, recipe, assumed, path))

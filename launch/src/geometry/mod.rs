@@ -16,7 +16,7 @@ use std::sync::Arc;
 use cosplat_core::asset::{Asset, ParticleCloud};
 use cosplat_core::plan::Refusal;
 use cosplat_core::plugin::SolverScene;
-use cosplat_core::scene::{BindingSpec, Body, Material, Pose, Scene, Source, StaticCollider};
+use cosplat_core::scene::{Body, BodyBinding, Material, Pose, Scene, Source, StaticCollider};
 use cosplat_core::visual::VisualForm;
 use cosplat_splat::Splats;
 use cosplat_splat::bind::Frame;
@@ -71,7 +71,7 @@ struct Maker<'a> {
     source: &'a scene_source::Source,
     draws: bool,
     /// What the Gaussians of bodies are tied to, where the scene says so.
-    bindings: &'a BTreeMap<String, BindingSpec>,
+    bindings: &'a BTreeMap<String, BodyBinding>,
 }
 
 impl Geometry {

@@ -76,17 +76,28 @@ impl Maker<'_> {
         let colours = colours(&prepared, colour).iter().map(|s| s.colour).collect();
         let fabric = Fabric { triangles: prepared.mesh.triangles.clone(), colours };
         let wrong = |e: BindError| e.to_string();
-        let mut surfels =
-            MeshSurfels::on_vertices(prepared.mesh.vertices_m.clone(), fabric, is_closed).map_err(wrong)?;
-        if binding.kind == BindingKind::Triangles {
-            surfels = surfels.on_triangles(surface(&prepared, None, colour, GRAIN, SAMPLES)?).map_err(wrong)?;
-        }
-        Ok(Some(Look::Mesh(Box::new(surfels), binding.neighbours)))
+        let surfels = MeshSurfels::on_vertices(prepared.mesh.vertices_m.clone(), fabric, is_closed).map_err(wrong)?;
+        let surfels = match (binding.spec.kind, &binding.splat) {
+            (BindingKind::Triangles, Some(file)) => surfels.wearing(self.worn(&body.source, file)?).map_err(wrong)?,
+            (BindingKind::Triangles, None) => {
+                surfels.on_triangles(surface(&prepared, None, colour, GRAIN, SAMPLES)?).map_err(wrong)?
+            }
+            _ => surfels,
+        };
+        Ok(Some(Look::Mesh(Box::new(surfels), binding.spec.neighbours)))
     }
 
     /// Edges of the box around a mesh \[m\]; nothing where it cannot be read, which is said elsewhere.
     pub(super) fn mesh_extent(&self, source: &Source) -> Option<[f64; 3]> {
         self.mesh(source).ok().map(|prepared| extent(&prepared.mesh.vertices_m))
+    }
+
+    /// The up axis of a mesh's file, as scenes name it: the stated one, or that of its format.
+    pub(super) fn up_of_mesh(&self, file: &str, stated: &str) -> Result<String, String> {
+        let (bytes, path) = files::read(self.source, file)?;
+        let known = format::of(&bytes, path.extension().and_then(|e| e.to_str()));
+        let known = known.map_err(|e| e.in_file(path.display().to_string()).to_string())?;
+        Ok(stated_or(stated, known.up, known.name).0.to_owned())
     }
 
     fn mesh(&self, source: &Source) -> Result<Prepared, String> {

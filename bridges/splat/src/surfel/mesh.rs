@@ -24,10 +24,20 @@ pub struct MeshSurfels {
     /// Vertices in the body's frame \[m\].
     rest_m: Vec<Vec3>,
     fabric: Fabric,
-    /// What the triangles hold, in the body's frame; without it there is one surfel a vertex.
-    held: Option<(Vec<Sample>, Splats, Binding)>,
+    /// What the triangles hold; without it there is one surfel a vertex.
+    held: Option<Held>,
     /// Whether it is seen from one side only.
     is_closed: bool,
+}
+
+/// Gaussians that triangles hold.
+#[derive(Clone, Debug)]
+struct Held {
+    /// In the body's frame.
+    splats: Splats,
+    binding: Binding,
+    /// Samples of the surface that they are, which are lit; none of a capture, in whose colours its light is.
+    samples: Vec<Sample>,
 }
 
 /// The vertices of a mesh during a run, in the world.
@@ -58,14 +68,26 @@ impl MeshSurfels {
     /// # Errors
     /// There is no triangle, or a position is not finite.
     pub fn on_triangles(self, samples: Vec<Sample>) -> Result<MeshSurfels, BindError> {
-        let splats = surfels(&samples);
+        self.hold(surfels(&samples), samples)
+    }
+
+    /// The Gaussians of a capture in place of vertices, in the body's frame \[m\], each at fixed barycentric coordinates of
+    /// the nearest triangle and a fixed distance from it; their colours turn with it.
+    ///
+    /// # Errors
+    /// There is no triangle, or a position is not finite.
+    pub fn wearing(self, capture: Splats) -> Result<MeshSurfels, BindError> {
+        self.hold(capture, Vec::new())
+    }
+
+    fn hold(self, splats: Splats, samples: Vec<Sample>) -> Result<MeshSurfels, BindError> {
         let binding = Binding::triangles(&splats, &single(&self.rest_m), &self.fabric.triangles)?;
-        Ok(MeshSurfels { held: Some((samples, splats, binding)), ..self })
+        Ok(MeshSurfels { held: Some(Held { splats, binding, samples }), ..self })
     }
 
     /// Gaussians that are drawn.
     pub fn gaussians(&self) -> usize {
-        self.held.as_ref().map_or(self.rest_m.len(), |held| held.0.len())
+        self.held.as_ref().map_or(self.rest_m.len(), |held| held.splats.len())
     }
 
     /// Vertices in the body's frame \[m\].
@@ -104,7 +126,7 @@ impl MeshSurfels {
             let cosine = normal.dot(&light.direction());
             light.share(if self.is_closed { cosine } else { cosine.abs() })
         };
-        let Some((samples, still, binding)) = &self.held else {
+        let Some(Held { splats: still, binding, samples }) = &self.held else {
             return shaded(vertices_m, &self.fabric, &share, frame);
         };
         let (rest, now) = (single(&self.rest_m), single(vertices_m));
@@ -119,7 +141,9 @@ impl MeshSurfels {
             let share = share(&normal.filter(|n| n.iter().all(|c| c.is_finite())).unwrap_or_else(Vector3::z));
             sample.colour.map(|c| dc_of_colour(display_of_linear(linear_of_display(f64::from(c)) * share)))
         });
-        splats.sh_dc = colours.collect();
+        if !samples.is_empty() {
+            splats.sh_dc = colours.collect();
+        }
         frame.from_world.apply(&mut splats, frame.axes);
         Ok(splats)
     }

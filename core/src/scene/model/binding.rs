@@ -44,6 +44,23 @@ pub struct BindingSpec {
     pub neighbours: usize,
 }
 
+/// What a scene says of the Gaussians of a body.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BodyBinding {
+    /// What they are tied to.
+    pub spec: BindingSpec,
+    /// Of a mesh: a capture whose Gaussians its triangles hold, in the frame of the mesh's file; without it they are
+    /// made from the mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub splat: Option<String>,
+}
+
+impl From<BindingKind> for BodyBinding {
+    fn from(kind: BindingKind) -> Self {
+        Self { spec: kind.into(), splat: None }
+    }
+}
+
 impl From<BindingKind> for BindingSpec {
     fn from(kind: BindingKind) -> Self {
         Self { kind, neighbours: kind.neighbours() }

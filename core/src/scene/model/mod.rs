@@ -154,7 +154,7 @@ pub struct OutputSpec {
     pub camera: Option<CameraSpec>,
     /// What the Gaussians of bodies are tied to, by body, where the scene says so.
     #[serde(default)]
-    pub bindings: BTreeMap<String, BindingSpec>,
+    pub bindings: BTreeMap<String, BodyBinding>,
 }
 
 /// In which form frames are written as splat files.

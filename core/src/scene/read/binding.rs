@@ -2,7 +2,7 @@
 
 use super::fields::Fields;
 use super::node::Value;
-use crate::scene::model::{BindingKind, BindingSpec, Source};
+use crate::scene::model::{BindingKind, BindingSpec, BodyBinding, Source};
 
 const KINDS: [(&str, BindingKind); 5] = [
     ("affine", BindingKind::Affine),
@@ -15,7 +15,7 @@ const KINDS: [(&str, BindingKind); 5] = [
 const MOST: u64 = 64;
 
 /// The binding of a body, if it states one.
-pub(super) fn binding(fields: &Fields<'_>) -> Option<BindingSpec> {
+pub(super) fn binding(fields: &Fields<'_>) -> Option<BodyBinding> {
     let table = |fields: &Fields<'_>| {
         let kind = fields.must("kind", |at| at.word(&KINDS)).flatten();
         let neighbours = fields.opt("neighbours", |at| {
@@ -25,21 +25,33 @@ pub(super) fn binding(fields: &Fields<'_>) -> Option<BindingSpec> {
             }
             at.count(1..=MOST) as usize
         });
-        kind.map(|kind| BindingSpec { kind, neighbours: neighbours.unwrap_or(kind.neighbours()) })
+        let splat = fields.opt("splat", |at| {
+            if kind.is_some_and(|kind| kind != BindingKind::Triangles) {
+                at.error(
+                    "only triangles hold the Gaussians of another file".to_owned(),
+                    Some("take `kind = \"triangles\"`, or leave `splat` away".to_owned()),
+                );
+            }
+            at.text()
+        });
+        kind.map(|kind| {
+            let spec = BindingSpec { kind, neighbours: neighbours.unwrap_or(kind.neighbours()) };
+            BodyBinding { spec, splat }
+        })
     };
     fields
         .opt("binding", |at| match at.node.value {
             Value::Table(_) => at.table(table).flatten(),
-            _ => at.word(&KINDS).map(BindingSpec::from),
+            _ => at.word(&KINDS).map(BodyBinding::from),
         })
         .flatten()
 }
 
 /// Complains about a binding that needs what the body is not made of.
-pub(super) fn check(fields: &Fields<'_>, binding: Option<BindingSpec>, source: &Source) {
+pub(super) fn check(fields: &Fields<'_>, binding: Option<&BodyBinding>, source: &Source) {
     let (Some(binding), Some(at)) = (binding, fields.get("binding")) else { return };
     let (is_capture, is_mesh) = (matches!(source, Source::Splat { .. }), matches!(source, Source::Mesh { .. }));
-    let fits = if binding.kind.is_of_mesh() { is_mesh } else { is_capture };
+    let fits = if binding.spec.kind.is_of_mesh() { is_mesh } else { is_capture };
     if fits {
         return;
     }

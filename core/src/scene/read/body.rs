@@ -8,11 +8,11 @@ use super::report::{nearest, quoted};
 use super::value::At;
 use super::{binding, material, motion, pair, source};
 use crate::scene::material::Material;
-use crate::scene::model::{BindingSpec, Body, Source, StaticCollider, Wall};
+use crate::scene::model::{Body, BodyBinding, Source, StaticCollider, Wall};
 use crate::scene::pair::DEFAULT_FRICTION;
 
 /// One `[[body]]` and what its Gaussians are tied to; none if something that others depend on could not be read.
-pub(super) fn body(fields: &Fields<'_>) -> Option<(Body, Option<BindingSpec>)> {
+pub(super) fn body(fields: &Fields<'_>) -> Option<(Body, Option<BodyBinding>)> {
     let name = fields.must("name", |at| names::declare(&at, Kind::Body));
     let has_mass = fields.has("mass");
     let material = fields.must("material", |at| material::material(&at, has_mass)).flatten();
@@ -30,7 +30,7 @@ pub(super) fn body(fields: &Fields<'_>) -> Option<(Body, Option<BindingSpec>)> {
     check_fit(fields, material.as_ref(), source.as_ref());
 
     let (name, material, source) = (name?, material?, source?);
-    binding::check(fields, binding, &source);
+    binding::check(fields, binding.as_ref(), &source);
     let solver = solver.unwrap_or_else(|| material.default_solver().to_owned());
     let body = Body { name, solver, material, source, pose, mass_kg, spacing_m, velocity, prescribed, color };
     Some((body, binding))

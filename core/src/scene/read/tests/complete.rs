@@ -279,6 +279,7 @@ fn rules_of_single_keys() {
         ),
         ("kind = \"mean\", neighbours", "kind = \"particle\", neighbours", "has no other neighbours"),
         ("kind = \"mean\", neighbours", "kind = \"vertices\", neighbours", "a capture has no vertices"),
+        ("kind = \"mean\", neighbours = 7", "kind = \"mean\", splat = \"s.ply\"", "only triangles hold the Gaussians"),
         ("mesh = \"rock.obj\"", "mesh = \"rock.obj\"\nbinding = \"affine\"", "a mesh has no Gaussians of its own"),
         ("plane = [1, 2]", "plane = [1, 2]\nbinding = \"vertices\"", "only a `splat` or a `mesh`"),
     ] {
@@ -292,14 +293,14 @@ fn rules_of_single_keys() {
 #[test]
 fn a_binding_has_its_usual_number_of_neighbours() {
     let (scene, _) = parse(EVERYTHING).unwrap();
-    assert_eq!(scene.output.bindings["toy"], BindingSpec { kind: BindingKind::Mean, neighbours: 7 });
+    assert_eq!(scene.output.bindings["toy"].spec, BindingSpec { kind: BindingKind::Mean, neighbours: 7 });
     assert_eq!(scene.output.bindings.len(), 1);
     for (word, kind, neighbours) in
         [("affine", BindingKind::Affine, 12), ("mean", BindingKind::Mean, 10), ("particle", BindingKind::Particle, 1)]
     {
         let text = EVERYTHING.replace("{ kind = \"mean\", neighbours = 7 }", &format!("\"{word}\""));
         let (scene, _) = parse(&text).unwrap();
-        assert_eq!(scene.output.bindings["toy"], BindingSpec { kind, neighbours });
+        assert_eq!(scene.output.bindings["toy"].spec, BindingSpec { kind, neighbours });
     }
 }
 
