@@ -24,7 +24,7 @@
 //! smoothing length of 1.2 spacings.
 //!
 //! A wall is continued below its surface by a lattice of boundary particles as deep as the kernel reaches (`shell`); a plane's are made where the
-//! liquid is, a terrain's column by column. Where static solids overlap, the first one counts. A partner
+//! liquid is, a terrain's column by column. Where static solids overlap, one counts, those without slip before others. A partner
 //! that shows samples has one layer, or two where its samples have volume and normals; samples farther apart than one and
 //! a half spacings are refused.
 //!

@@ -71,7 +71,9 @@ pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read,
         threads: scene.threads,
     };
     let mut reader = Reader { scene, model, refusals, left_out: Vec::new(), velocity: Vec::new() };
-    for wall in &scene.statics {
+    // Where solids overlap the first one counts: in a corner with a wall that slips, the mirror image of one that does not.
+    let (rough, smooth): (Vec<_>, Vec<_>) = scene.statics.iter().partition(|wall| wall.wall != Wall::Slip);
+    for wall in rough.into_iter().chain(smooth) {
         reader.wall(wall);
     }
     for (index, body) in scene.bodies.iter().enumerate() {

@@ -42,7 +42,8 @@ fn couette(z: f64, t: f64) -> f64 {
 
 fn slab(across: f64, pressure: &str) -> SolverScene {
     let d = GAP / across;
-    let (wide, rho) = (4.0 * d, 1000.0);
+    // Six rows between walls that slip: what is known of the viscosity beside them and in their corners counts for a third.
+    let (wide, rho) = (6.0 * d, 1000.0);
     let body = liquid(water(10.0 * FAST, NU * rho), [LENGTH, wide, GAP], [0.0, 0.5 * wide, 0.5 * GAP], d);
     let walls = vec![
         plane("floor", [0.0; 3], common::UPRIGHT, Wall::NoSlip),
@@ -52,6 +53,12 @@ fn slab(across: f64, pressure: &str) -> SolverScene {
     let mut start = scene(vec![body], walls, 0.01);
     start.actions.clear();
     start.params.insert("pressure".into(), pressure.into());
+    start
+}
+
+/// With explicit viscosity: implicit viscosity has no pairs beyond walls that slip, and so 6 % less of it in this slab.
+fn explicit(mut start: SolverScene) -> SolverScene {
+    start.params.insert("viscosity".into(), "explicit".into());
     start
 }
 
@@ -82,7 +89,7 @@ fn deviations(
 }
 
 fn driven(across: f64, pressure: &str) -> Vec<f64> {
-    let mut start = slab(across, pressure);
+    let mut start = explicit(slab(across, pressure));
     start.statics.push(plane("ceiling", [0.0, 0.0, GAP], common::DOWN, Wall::NoSlip));
     start.actions.push(gravity([8.0 * NU * FAST / (GAP * GAP), 0.0, 0.0]));
     deviations(Run::new(start), &[0.25, 0.5, 1.0], |_| Inputs::default(), poiseuille)
@@ -91,7 +98,7 @@ fn driven(across: f64, pressure: &str) -> Vec<f64> {
 /// The upper plate is a body of another solver, on a rail.
 fn dragged(across: f64, pressure: &str) -> Vec<f64> {
     let size = [4.0 * LENGTH, 0.2, 0.04];
-    let mut start = slab(across, pressure);
+    let mut start = explicit(slab(across, pressure));
     start.interfaces.push(meets("plate", BoundaryForm::Proxy, Some(Source::Box { size_m: size }), 1.0));
     let mut plate = Float::new(f64::INFINITY, size, [0.0, 0.0, GAP + 0.5 * size[2]]);
     plate.record.linear_velocity = [FAST, 0.0, 0.0];
@@ -134,8 +141,8 @@ fn a_thick_liquid_flows_whatever_the_substep() {
         // By now the flow is steady, and its speed does not depend on the substep. Explicit viscosity would need
         // 0.05 h²/ν = 7e-6 s.
         assert!((found[0].0 / found[1].0 - 1.0).abs() < 0.01, "{found:?}");
-        // Ten particles across: walls that seem to lie a quarter of a spacing outside, as the start-up flows find too, let it flow
-        // (1 + 0.5/10)² = 1.10 times as fast.
+        // Ten particles across: the flux through a wall misses the curvature within a kernel, 1.4 % of a steady profile's; the
+        // six rows lack what lies beyond the walls that slip, 0.35 of a row.
         assert!((found[0].0 / known - 1.0).abs() < 0.12, "{found:?} of {known}");
     }
 }
@@ -144,7 +151,6 @@ fn a_thick_liquid_flows_whatever_the_substep() {
 const GATE: f64 = 0.01;
 
 #[test]
-#[ignore = "not met: 2 to 4 % too fast, as if the walls lay a fifth of a spacing outside"]
 fn poiseuille_starts_as_the_series_says() {
     for pressure in ["wcsph", "dfsph"] {
         let found = driven(20.0, pressure);
@@ -153,7 +159,6 @@ fn poiseuille_starts_as_the_series_says() {
 }
 
 #[test]
-#[ignore = "not met: 2 to 3 % off, for the same reason"]
 fn couette_starts_as_the_series_says() {
     for pressure in ["wcsph", "dfsph"] {
         let found = dragged(20.0, pressure);

@@ -99,7 +99,9 @@ impl Operator {
     pub(crate) fn hold(&mut self, count: usize, driven: &[(usize, Vec3)]) {
         self.free.clear();
         self.free.resize(count, 1.0);
-        driven.iter().for_each(|&(i, _)| self.free[i] = 0.0);
+        for &(i, _) in driven {
+            self.free[i] = 0.0;
+        }
     }
 
     /// Measures all that depends on the places alone.
