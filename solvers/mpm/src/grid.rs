@@ -99,7 +99,7 @@ impl<R: Real> Grid<R> {
 }
 
 /// Sum of all tiles that reach an entry. False where none does.
-fn sum<R: Real>(nodes: &mut Nodes<R>, sources: &[u32; 27], tiles: &[Tile<R>], extents: &[Extent]) -> bool {
+pub(crate) fn sum<R: Real>(nodes: &mut Nodes<R>, sources: &[u32; 27], tiles: &[Tile<R>], extents: &[Extent]) -> bool {
     nodes.fill(R::V::default());
     let mut used = false;
     for (from, &block) in sources.iter().enumerate() {

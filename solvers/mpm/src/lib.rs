@@ -20,12 +20,13 @@
 //! momentum, in f64; the momentum that they must explain is summed over the particles (`report`): two separate roads,
 //! so that their difference is a check.
 //!
-//! Not here yet: moving walls, two-dimensional slabs, F-bar for ν near 0.5, restitution, the `genesis` contact law. Each
-//! is refused by name.
+//! Not here yet: moving walls, two-dimensional slabs, restitution, the `genesis` contact law. Each is refused by name.
 //!
 //! Shapes are formulas, closed meshes or, of static colliders, height fields (`cosplat_core::distance`). A body is a
 //! lattice in a shape or a cloud that was prepared (`sample`); one that comes from a capture carries total deformation
 //! gradients for the Gaussians that ride on it.
+//!
+//! Solids near incompressibility average their volume ratio over cells (`fbar`), so that they do not lock.
 //!
 //! What flows, sand and liquid, meets walls at nodes and compares its volume with the grid's density (`shores`, `law::Room`).
 //!
@@ -33,6 +34,7 @@
 //! plastic body ends takes its elastic stretch only; the grid's density knows walls, but neither partners nor other bodies.
 
 mod contact;
+mod fbar;
 mod grid;
 mod hear;
 mod kick;

@@ -19,6 +19,8 @@ pub(crate) struct Params {
     pub(crate) norm: YieldNorm,
     /// Test in which sand yields at its friction angle.
     pub(crate) cone: Cone,
+    /// Whether solids near incompressibility average their volume ratio.
+    pub(crate) f_bar: Option<bool>,
     /// Own bodies that stick together where they meet.
     pub(crate) bonded: Vec<[String; 2]>,
 }
@@ -42,6 +44,10 @@ pub(crate) fn schema() -> Value {
             "friction_cone": {
                 "enum": ["compression", "shear"],
                 "description": "Test in which sand yields at its friction angle: triaxial compression, or simple shear as on a long slope"
+            },
+            "f_bar": {
+                "type": "boolean",
+                "description": "Whether solids whose bulk modulus exceeds ten times their shear modulus average their volume ratio over cells; default true"
             },
             "bonded": {
                 "type": "array",
@@ -70,6 +76,10 @@ impl Params {
                 "friction_cone" => {
                     params.cone = if value == "shear" { Cone::Shear } else { Cone::Compression };
                     value == "shear" || value == "compression"
+                }
+                "f_bar" => {
+                    params.f_bar = value.as_bool();
+                    params.f_bar.is_some()
                 }
                 "bonded" => read_into(&mut params.bonded, value),
                 _ => false,

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::fbar::FBar;
 use crate::grid::{Grid, Substep};
 use crate::law::{Law, Room, STRETCH};
 use crate::math::{Full, all, det_minus_one};
@@ -50,13 +51,21 @@ impl<R: Real> Tiles<R> {
     }
 
     /// Particles to tiles. `keeps` says by body which also fill the tiles without stress.
-    pub(crate) fn fill(&mut self, step: &Substep, store: &Store<R>, laws: &[Law<R>], keeps: &[f64]) {
+    pub(crate) fn fill(
+        &mut self,
+        step: &Substep,
+        store: &Store<R>,
+        (laws, f_bar): (&[Law<R>], &FBar<R>),
+        keeps: &[f64],
+    ) {
         let before = remembered::<R>(&mut self.before, &store.blocks, keeps);
-        let mut work: Vec<_> = self.list.iter_mut().zip(&mut self.extents).zip(before).zip(&store.blocks).collect();
+        let tiles = self.list.iter_mut().zip(&mut self.extents).zip(before);
+        let mut work: Vec<_> = tiles.zip(store.blocks.iter().enumerate()).collect();
         let fill = |work: &mut Filled<R>| {
-            let (((tile, extent), before), block) = work;
+            let (((tile, extent), before), (b, block)) = work;
             let (quads, live, law) = (&store.quads[block.range()], block.live as usize, &laws[block.body as usize]);
-            to_tile::<R>(quads, live, law, (step.dt, step.dx), (tile, before.as_deref_mut()), extent);
+            let average = f_bar.of(*b, law);
+            to_tile::<R>(quads, live, (law, average), (step.dt, step.dx), (tile, before.as_deref_mut()), extent);
         };
         if step.parallel { work.par_iter_mut().for_each(fill) } else { work.iter_mut().for_each(fill) }
     }
@@ -111,7 +120,7 @@ impl<R: Real> Tiles<R> {
 }
 
 /// A tile and its extent, the tile without stress, and the block whose particles fill them.
-type Filled<'a, R> = (((&'a mut Tile<R>, &'a mut Extent), Option<&'a mut Tile<R>>), &'a Block);
+type Filled<'a, R> = (((&'a mut Tile<R>, &'a mut Extent), Option<&'a mut Tile<R>>), (usize, &'a Block));
 
 /// What particles remember: their tile without stress, and the share of it.
 type Before<'a, R> = (&'a Tile<R>, <R as Real>::V);

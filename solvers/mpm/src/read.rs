@@ -32,6 +32,7 @@ pub(crate) fn read<R: Real>(scene: &SolverScene) -> Result<Model<R>, PluginError
     let (mut seeds, mut shown, mut laws, mut particles) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (i, body) in scene.bodies.iter().enumerate() {
         let law = reader.law::<R>(body);
+        let law = if reader.params.f_bar == Some(false) { law.without_f_bar() } else { law };
         let first = seeds.len() as u32;
         let (new, show) = reader.body(body, i as u32, first, law.start());
         particles.push(new.len() as u64);

@@ -8,8 +8,9 @@ use cosplat_core::plugin::{BodyState, Energy};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
+use crate::fbar::FBar;
 use crate::push::Influence;
-use crate::real::Real;
+use crate::real::{Lanes, Real};
 use crate::sim::Sim;
 use crate::store::{B, Block, C, M, PAST, V, VOL};
 
@@ -69,9 +70,15 @@ impl Sums {
 }
 
 impl<R: Real> Sim<R> {
-    fn block(&self, block: &Block, start: &[[f64; 3]]) -> Sums {
+    fn block(&self, (index, block): (usize, &Block), averages: &FBar<R>, start: &[[f64; 3]]) -> Sums {
         let (store, dx) = (&self.store, self.setting.dx);
         let mut sums = Sums { body: block.body, ..Sums::default() };
+        if let Some(average) = averages.of(index, &self.setting.laws[block.body as usize]) {
+            for (i, quad) in store.quads[block.range()].iter().enumerate() {
+                let energy = (average.energy(quad, (block.live as usize - 4 * i).min(4)) * quad[VOL]).array();
+                sums.elastic += energy.iter().map(|e| e.f64()).sum::<f64>();
+            }
+        }
         for slot in (0..block.live as usize).map(|i| block.first as usize * 4 + i) {
             let (m, v, x) = (store.field(slot, M), store.triple(slot, V), store.position(block, slot, dx));
             let c: [f64; 9] = std::array::from_fn(|k| store.field(slot, C + k));
@@ -95,11 +102,12 @@ impl<R: Real> Sim<R> {
 
     /// State of each body and the energies at time `t` \[s\], for particles that started at `start`.
     pub(crate) fn states(&self, start: &[[f64; 3]], t: f64, dissipated: f64) -> (Vec<BodyState>, Energy) {
-        let one = |block: &Block| self.block(block, start);
+        let averages = self.averages();
+        let one = |block: (usize, &Block)| self.block(block, &averages, start);
         let blocks: Vec<Sums> = if self.parallel() {
-            self.store.blocks.par_iter().map(one).collect()
+            self.store.blocks.par_iter().enumerate().map(one).collect()
         } else {
-            self.store.blocks.iter().map(one).collect()
+            self.store.blocks.iter().enumerate().map(one).collect()
         };
         let mut bodies = vec![Sums::default(); self.setting.laws.len()];
         for sums in &blocks {

@@ -5,6 +5,7 @@ use std::ops::Range;
 use cosplat_core::plugin::{PluginError, Pulse, Signal};
 
 use crate::contact::Pairs;
+use crate::fbar::FBar;
 use crate::grid::{EMPTY, Grid, Substep};
 use crate::kick::Kicks;
 use crate::law::Law;
@@ -104,6 +105,7 @@ pub(crate) struct Sim<R: Real> {
     shores: Shores,
     topology: Topology,
     tiles: Tiles<R>,
+    f_bar: FBar<R>,
     grid: Grid<R>,
     pub(crate) contact: Nodes,
     /// Particles at the start of the segment.
@@ -136,6 +138,7 @@ impl<R: Real> Sim<R> {
             shores: Shores::default(),
             topology: Topology::default(),
             tiles: Tiles::default(),
+            f_bar: FBar::default(),
             grid: Grid::default(),
             contact: Nodes::default(),
             safe: Store::default(),
@@ -232,15 +235,25 @@ impl<R: Real> Sim<R> {
         limits.substep(&self.store, laws, *dx, longest, self.parallel())
     }
 
+    /// Averages of the volume ratios of now.
+    pub(crate) fn averages(&self) -> FBar<R> {
+        let (topology, dx) = (&self.topology, self.setting.dx);
+        let step = Substep { topology, dx, dt: 0.0, empty: EMPTY * self.setting.lightest, parallel: self.parallel() };
+        let mut averages = FBar::default();
+        averages.average(&step, &self.store, &self.setting.laws);
+        averages
+    }
+
     /// One substep. False when it left the range in which its result means anything.
     fn substep(&mut self, course: &mut Course, from: f64, dt: f64) -> bool {
-        let Self { setting, store, walls, shores, topology, tiles, grid, contact, .. } = self;
+        let Self { setting, store, walls, shores, topology, tiles, f_bar, grid, contact, .. } = self;
         let parallel = setting.threads && store.len() >= SERIAL_BELOW;
         let step = Substep { topology, dx: setting.dx, dt, empty: EMPTY * setting.lightest, parallel };
         let start = course.start + from;
         let push = Push::new(&setting.actions, setting.laws.len(), start, start + dt);
         course.kicks.apply(store, setting.dx, (from + dt) / course.length);
-        tiles.fill(&step, store, &setting.laws, &setting.keeps);
+        f_bar.average(&step, store, &setting.laws);
+        tiles.fill(&step, store, (&setting.laws, f_bar), &setting.keeps);
         grid.gather(&step, &tiles.list, &tiles.extents, &push);
         if !tiles.before.is_empty() {
             grid.gather_before(&step, &tiles.before, &tiles.extents, &setting.keeps);

@@ -10,6 +10,7 @@
 //!
 //! The sums over 27 nodes are nested by axis: about 110 four-lane operations each way and particle.
 
+use crate::fbar::{Average, weighted};
 use crate::law::Law;
 use crate::math::{Full, Sym, all};
 use crate::real::{Lanes, Real};
@@ -76,7 +77,7 @@ pub(crate) fn gradient<R: Real>(quad: &Quad<R>) -> Full<R> {
 pub(crate) fn to_tile<R: Real>(
     quads: &[Quad<R>],
     live: usize,
-    law: &Law<R>,
+    (law, average): (&Law<R>, Option<Average<R>>),
     (dt, dx): (f64, f64),
     (tile, mut before): (&mut Tile<R>, Option<&mut Tile<R>>),
     extent: &mut Extent,
@@ -86,15 +87,16 @@ pub(crate) fn to_tile<R: Real>(
         extent.clear::<R>(before);
     }
     let (dx_v, stress_factor) = (all::<R>(dx), all::<R>(dt * 4.0 / dx));
-    let (mut low, mut high) = ([all::<R>(EDGE as f64); 3], [R::V::default(); 3]);
+    let mut reach = Reach::<R>::default();
     for (i, quad) in quads.iter().enumerate() {
         let w = Weights::<R>::new(&quad[X..X + 3]);
-        for axis in 0..3 {
-            low[axis] = low[axis].min(w.base[axis]);
-            high[axis] = high[axis].max(w.base[axis]);
-        }
+        reach.add(&w);
         let c = gradient::<R>(quad);
-        let tau = law.stress(&strain::<R>(quad), quad[PAST], &c);
+        let mut tau = law.stress(&strain::<R>(quad), quad[PAST], &c);
+        if let Some(average) = average {
+            let pressure = average.pressure(quad, (live - 4 * i).min(4));
+            tau[..3].iter_mut().for_each(|on| *on += pressure);
+        }
         let (affine, kt) = (quad[M] * dx_v, quad[VOL] * stress_factor);
         let tau = [[tau[0], tau[3], tau[4]], [tau[3], tau[1], tau[5]], [tau[4], tau[5], tau[2]]];
         let q = [0, 1, 2].map(|a| [0, 1, 2].map(|b| affine * c[a][b] - kt * tau[a][b]));
@@ -104,10 +106,69 @@ pub(crate) fn to_tile<R: Real>(
             scatter_quad::<R>(before, &w, quad, &c.map(|row| row.map(|c| affine * c)), live);
         }
     }
-    for axis in 0..3 {
-        extent.lo[axis] = low[axis].array().iter().fold(EDGE as u8, |a, b| a.min(b.f64() as u8));
-        extent.hi[axis] = high[axis].array().iter().fold(0, |a, b| a.max(b.f64() as u8 + 3));
+    *extent = reach.extent();
+}
+
+/// Base nodes of the particles of a block.
+struct Reach<R: Real> {
+    low: [R::V; 3],
+    high: [R::V; 3],
+}
+
+impl<R: Real> Default for Reach<R> {
+    fn default() -> Self {
+        Self { low: [all::<R>(EDGE as f64); 3], high: [R::V::default(); 3] }
     }
+}
+
+impl<R: Real> Reach<R> {
+    #[inline]
+    fn add(&mut self, w: &Weights<R>) {
+        for axis in 0..3 {
+            self.low[axis] = self.low[axis].min(w.base[axis]);
+            self.high[axis] = self.high[axis].max(w.base[axis]);
+        }
+    }
+
+    /// Nodes that they reach.
+    fn extent(&self) -> Extent {
+        let least = |v: R::V| v.array().iter().fold(EDGE as u8, |a, b| a.min(b.f64() as u8));
+        let most = |v: R::V| v.array().iter().fold(0, |a, b| a.max(b.f64() as u8 + 3));
+        Extent { lo: self.low.map(least), hi: self.high.map(most) }
+    }
+}
+
+/// Volumes of the particles of one block and the logarithms of their ratios to a tile, in its first two numbers.
+pub(crate) fn averages_to_tile<R: Real>(
+    quads: &[Quad<R>],
+    live: usize,
+    cells: f64,
+    tile: &mut Tile<R>,
+    extent: &mut Extent,
+) {
+    extent.clear::<R>(tile);
+    let (mut reach, zero) = (Reach::<R>::default(), R::V::default());
+    for (i, quad) in quads.iter().enumerate() {
+        let w = Weights::<R>::new(&quad[X..X + 3]);
+        reach.add(&w);
+        let [logs, volume] = weighted::<R>(quad, cells);
+        let middle = R::V::transpose([logs, volume, zero, zero]);
+        for (lane, &middle) in middle.iter().enumerate().take(live - 4 * i) {
+            scatter::<R>(tile, w.node[lane], &w.lane(lane), middle, [zero; 3]);
+        }
+    }
+    *extent = reach.extent();
+}
+
+/// Average of the first number of a tile at four particles.
+#[inline]
+pub(crate) fn average_from_tile<R: Real>(quad: &Quad<R>, live: usize, tile: &Tile<R>) -> R::V {
+    let w = Weights::<R>::new(&quad[X..X + 3]);
+    let mut out = [R::default(); 4];
+    for (lane, out) in out.iter_mut().enumerate().take(live) {
+        *out = collect::<R>(tile, w.node[lane], &w.lane(lane))[0].array()[0];
+    }
+    R::V::from_array(out)
 }
 
 /// Momentum and mass of four particles, with the momentum `q` per cell of distance.

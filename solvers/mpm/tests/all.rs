@@ -11,6 +11,8 @@ mod conformance;
 #[cfg(test)]
 mod contact;
 #[cfg(test)]
+mod incompressible;
+#[cfg(test)]
 mod liquid;
 #[cfg(test)]
 mod motion;

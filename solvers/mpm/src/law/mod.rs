@@ -96,6 +96,9 @@ pub(crate) enum Law<R: Real> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Elastic<R: Real>(Moduli<R>, Viscosity<R>);
 
+/// Bulk over shear modulus from which on a solid may lock: ν = 0.452.
+const LOCKS: f64 = 10.0;
+
 impl<R: Real> Law<R> {
     /// Neo-Hookean solid of a viscosity \[Pa s\].
     pub(crate) fn elastic(lame: Lame, viscosity: f64) -> Self {
@@ -144,6 +147,21 @@ impl<R: Real> Law<R> {
             Self::Liquid(liquid) => liquid.bulk,
             Self::Elastic(_) | Self::VonMises(_) | Self::Snow(_) => 0.0,
         }
+    }
+
+    /// `λ` \[Pa\] of a solid that would lock, whose volume ratio is averaged over cells (`fbar`).
+    #[inline]
+    pub(crate) fn f_bar(&self) -> Option<f64> {
+        let (Self::Elastic(Elastic(solid, _)) | Self::VonMises(VonMises { solid, .. })) = self else { return None };
+        (solid.f_bar && solid.bulk() > LOCKS * solid.lame.mu_pa).then_some(solid.lame.lambda_pa)
+    }
+
+    /// The same without averaged volume ratios.
+    pub(crate) fn without_f_bar(mut self) -> Self {
+        if let Self::Elastic(Elastic(solid, _)) | Self::VonMises(VonMises { solid, .. }) = &mut self {
+            solid.f_bar = false;
+        }
+        self
     }
 
     /// Kirchhoff stress \[Pa\] of a strain, a history and a velocity gradient \[1/s\].

@@ -12,11 +12,13 @@ pub(super) struct Moduli<R: Real> {
     pub(super) lame: Lame,
     pub(super) lambda: R::V,
     pub(super) mu: R::V,
+    /// Whether its volume ratio may be averaged over cells.
+    pub(super) f_bar: bool,
 }
 
 impl<R: Real> Moduli<R> {
     pub(super) fn new(lame: Lame) -> Self {
-        Self { lame, lambda: all::<R>(lame.lambda_pa), mu: all::<R>(lame.mu_pa) }
+        Self { lame, lambda: all::<R>(lame.lambda_pa), mu: all::<R>(lame.mu_pa), f_bar: true }
     }
 
     /// Bulk modulus `λ + 2μ/3` \[Pa\].
