@@ -135,18 +135,23 @@ pub struct Report {
     pub energy: Energy,
     /// Own view of each interface.
     pub interfaces: Vec<InterfaceReport>,
-    /// Clamps, quarantines, overflows of this step. What begins with `largest-` is no count: see [`count`]; what begins
-    /// with `work-` says how much was done, and complains about nothing.
+    /// Clamps, quarantines, overflows of this step. What begins with `largest-` or `final-` is no count of events: see
+    /// [`count`]; what begins with `work-` says how much was done, and complains about nothing.
     pub counters: BTreeMap<String, u64>,
     /// Answers to probes that no state of a body gives, at the end of the step, by the probe's name: pressure at a point
     /// \[Pa\]. One that has no answer now, as there is no liquid at the point, is missing.
     pub probes: BTreeMap<String, f64>,
 }
 
-/// Adds a counter to those of earlier steps: counts are summed, of what begins with `largest-` the largest is kept.
+/// Adds a counter to those of earlier steps: counts are summed, of what begins with `largest-` the largest is kept, of
+/// what begins with `final-` the last.
 pub fn count(counters: &mut BTreeMap<String, u64>, name: &str, n: u64) {
     let all = counters.entry(name.to_owned()).or_default();
-    *all = if name.starts_with("largest-") { n.max(*all) } else { *all + n };
+    *all = match name {
+        _ if name.starts_with("largest-") => n.max(*all),
+        _ if name.starts_with("final-") => n,
+        _ => *all + n,
+    };
 }
 
 /// One body at one moment, from the states of its particles.
@@ -244,13 +249,14 @@ mod tests {
     }
 
     #[test]
-    fn counts_are_summed_and_the_largest_is_kept() {
+    fn counts_are_summed_and_the_largest_or_the_last_is_kept() {
         let mut counters = BTreeMap::new();
         for n in [3, 5, 2] {
             count(&mut counters, "clamped", n);
+            count(&mut counters, "final-outside", n);
             count(&mut counters, "largest-compression-1e-6", n);
         }
-        assert_eq!(counters.into_values().collect::<Vec<_>>(), [10, 5]);
+        assert_eq!(counters.into_values().collect::<Vec<_>>(), [10, 2, 5]);
     }
 
     #[test]

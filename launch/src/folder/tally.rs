@@ -120,7 +120,9 @@ impl Tally {
             process.transfer_s += done.times.transfer_s;
             process.substeps += done.report.substeps;
             process.substep_bound_by.clone_from(&done.report.substep_bound_by);
-            for (name, n) in done.report.counters.iter().filter(|(_, n)| **n > 0) {
+            // How something ends is told also where it ends well.
+            let is_told = |(name, n): &(&String, &u64)| **n > 0 || name.starts_with("final-");
+            for (name, n) in done.report.counters.iter().filter(is_told) {
                 count(self.counters.entry(process.name.clone()).or_default(), name, *n);
             }
         }

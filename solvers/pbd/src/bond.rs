@@ -72,7 +72,7 @@ impl Bond {
     fn target(&self, proxies: &[Proxy], swarms: &[Swarm], x: Vec3) -> Option<(Vec3, Vec3, Matrix3<f64>)> {
         let anchor = self.anchor?;
         match self.cause {
-            Cause::Wall => None,
+            Cause::Wall | Cause::Seam(..) => None,
             Cause::Proxy(p) => {
                 let proxy = &proxies[p];
                 Some((proxy.world(anchor.at), proxy.velocity(x), proxy.mobility(x)))
@@ -121,7 +121,7 @@ pub(crate) fn earn(bonds: &[Bond], vertices: &[Vertex], start: &[Vec3], owner: &
     for bond in bonds {
         let i = bond.vertex as usize;
         let tally: &mut Tally = match bond.cause {
-            Cause::Wall => continue,
+            Cause::Wall | Cause::Seam(..) => continue,
             Cause::Proxy(p) => &mut others.proxies[p].on_own[owner[i] as usize],
             Cause::Sample(s, _) => &mut others.on_own[s],
         };

@@ -58,6 +58,24 @@ pub(crate) fn of_edges([a, b]: [Vec3; 2], [c, d]: [Vec3; 2]) -> Option<[f64; 2]>
     (within(s) && within(t)).then_some([s, t])
 }
 
+/// How far along each of two lines with ends the nearest points are, ends included. Ericson §5.1.9.
+pub(crate) fn between([a, b]: [Vec3; 2], [c, d]: [Vec3; 2]) -> [f64; 2] {
+    let (ab, cd, r) = (sub(b, a), sub(d, c), sub(a, c));
+    let (aa, ee, f) = (dot(ab, ab).max(f64::MIN_POSITIVE), dot(cd, cd).max(f64::MIN_POSITIVE), dot(cd, r));
+    let (bb, cc) = (dot(ab, cd), dot(ab, r));
+    let below = aa * ee - bb * bb;
+    // Parallel ones have many nearest points: any will do.
+    let s = if below > 1e-12 * aa * ee { ((bb * f - cc * ee) / below).clamp(0.0, 1.0) } else { 0.5 };
+    let t = (bb * s + f) / ee;
+    if t < 0.0 {
+        [(-cc / aa).clamp(0.0, 1.0), 0.0]
+    } else if t > 1.0 {
+        [((bb - cc) / aa).clamp(0.0, 1.0), 1.0]
+    } else {
+        [s, t]
+    }
+}
+
 /// Square of the distance of two edges, ends included \[m²\].
 pub(crate) fn edges_apart(e: [Vec3; 2], f: [Vec3; 2]) -> f64 {
     if let Some([s, t]) = of_edges(e, f) {

@@ -40,6 +40,8 @@ pub(crate) enum Cause {
     Proxy(usize),
     /// A sample of a partner.
     Sample(usize, u32),
+    /// A point between two of its samples, so far from the first to the second.
+    Seam(usize, [u32; 2], f64),
 }
 
 /// A place in reach of something.
@@ -71,7 +73,8 @@ impl Touch {
         if along <= 0.0 {
             return [0.0; 3];
         }
-        let back = if matches!(self.cause, Cause::Sample(..)) { BY_SAMPLES } else { GIVEN_BACK };
+        let by_samples = matches!(self.cause, Cause::Sample(..) | Cause::Seam(..));
+        let back = if by_samples { BY_SAMPLES } else { GIVEN_BACK };
         let wanted = self.pressed + (least_of(back, self.gap, h) - dot(velocity, n)) / along;
         let pressed = if holds { wanted } else { wanted.max(0.0) };
         let push = scale(n, pressed - self.pressed);
@@ -162,6 +165,11 @@ impl Others<'_, '_> {
                 self.swarms[s].take(i, scale(impulse, -1.0));
                 &mut self.on_own[s]
             }
+            Cause::Seam(s, [i, j], share) => {
+                self.swarms[s].take(i, scale(impulse, share - 1.0));
+                self.swarms[s].take(j, scale(impulse, -share));
+                &mut self.on_own[s]
+            }
         }
     }
 }
@@ -183,6 +191,10 @@ pub(crate) fn settle(vertices: &mut [Vertex], owner: &[u32], touches: &mut [Touc
                 let swarm = &others.swarms[s];
                 (swarm.velocity(i), Mobility::Round(inverse + swarm.inverse(i)))
             }
+            Cause::Seam(s, ends, share) => {
+                let (velocity, theirs) = others.swarms[s].between(ends, share);
+                (velocity, Mobility::Round(inverse + theirs))
+            }
         };
         let impulse = touch.missing(sub(place.velocity(vertices), other), &mobility, h);
         let tally = others.give_back(touch.cause, body, x, impulse);
@@ -203,7 +215,7 @@ pub(crate) fn earn(vertices: &[Vertex], start: &[Vec3], owner: &[u32], touches: 
         let tally = match touch.cause {
             Cause::Wall => continue,
             Cause::Proxy(p) => &mut others.proxies[p].on_own[owner[touch.place.first()] as usize],
-            Cause::Sample(s, _) => &mut others.on_own[s],
+            Cause::Sample(s, _) | Cause::Seam(s, ..) => &mut others.on_own[s],
         };
         for (i, share) in touch.place.parts() {
             tally.earn(scale(impulse, share), [start[i], vertices[i].u]);

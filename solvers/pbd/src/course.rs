@@ -67,6 +67,9 @@ pub(crate) struct Books {
     pub(crate) touches: u64,
     /// Substeps in which pieces of cloth moved more than a thickness relative to each other between two looks.
     pub(crate) too_fast: u64,
+    /// Samples that are beyond cloth at the end, and neighbours among them with cloth between.
+    pub(crate) beyond: u64,
+    pub(crate) cut: u64,
     /// Largest part of its length by which a thread is off after the last substep, beyond what its compliance gives way.
     pub(crate) left: f64,
 }

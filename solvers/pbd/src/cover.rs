@@ -25,19 +25,23 @@ const FACED: f64 = 0.5;
 /// The triangles of one cloth in one substep.
 #[derive(Clone, Debug)]
 pub(crate) struct Cover<'a> {
-    mesh: &'a Mesh,
-    vertices: &'a [Vertex],
+    pub(crate) mesh: &'a Mesh,
+    pub(crate) vertices: &'a [Vertex],
     /// Its triangles among those of all cloths.
     pub(crate) range: Range<usize>,
     /// Middle and radius of each of them \[m\].
     pub(crate) balls: Vec<(Vec3, f64)>,
 }
 
-/// Nearest point of one layer of a cloth.
+/// Nearest point of one layer of a cloth to a sample, or of its rim to a seam of two.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contact {
-    pub(crate) sample: u32,
+    pub(crate) samples: [u32; 2],
+    /// How far from the first to the second of a seam; 0 of a sample.
+    pub(crate) share: f64,
     pub(crate) place: Place,
+    /// The nearest triangle.
+    pub(crate) triangle: u32,
     /// Unit vector from the sample to where the cloth belongs.
     pub(crate) out: Vec3,
     /// Distance of the surfaces \[m\].
@@ -115,7 +119,8 @@ impl<'a> Cover<'a> {
             let (side, out, gap) = self.side(one, &found[i..], last, touching);
             let place = Place::on(self.mesh.triangles[one.triangle as usize], one.share);
             sides[layers.len()] = side;
-            contacts[layers.len()] = Some(Contact { sample, place, out, gap });
+            contacts[layers.len()] =
+                Some(Contact { samples: [sample; 2], share: 0.0, place, triangle: one.triangle, out, gap });
             layers.push(*one);
         }
         (sides, contacts)

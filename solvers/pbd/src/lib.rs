@@ -4,8 +4,9 @@
 //! 1. outside influences and partners' impulses change velocities (`push`);
 //! 2. edges (`stretch`) and hinges (`bend`) are solved once each, Gauss–Seidel by blocks of vertices (`vertex`);
 //! 3. vertices, and points of edges and faces that come nearer (`search`), meet walls and stand-ins of rigid partners
-//!    (`proxy`), samples of soft partners meet what of the cloth is nearest to them (`samples`, `cover`), and cloth meets
-//!    cloth (`own`, `pieces`, `tiles`, `pair`), with Coulomb friction (`contact`);
+//!    (`proxy`), samples of soft partners meet what of the cloth is nearest to them (`samples`, `cover`), its rim keeps out
+//!    from between neighbouring samples (`seam`), and cloth meets cloth (`own`, `pieces`, `tiles`, `pair`, `regions`), with
+//!    Coulomb friction (`contact`);
 //! 4. positions move by `h u`.
 //!
 //! Corrections of positions are kept as impulses `m Δx/h` at the positions where the substep began, and no velocity is
@@ -69,10 +70,12 @@ mod push;
 mod read;
 mod read_held;
 mod read_partners;
+mod regions;
 mod report;
 mod rim;
 mod samples;
 mod scout;
+mod seam;
 mod search;
 mod sheet;
 mod shown;

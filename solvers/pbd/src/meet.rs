@@ -9,12 +9,16 @@ use crate::contact::{Others, earn, settle};
 use crate::course::{Course, Desk};
 use crate::cover::Cover;
 use crate::near::{Near, Speeds, radius};
+use crate::own::Candidate;
 use crate::pair::Pair;
+use crate::regions::Regions;
 use crate::scout::Scout;
 use crate::sim::{Sim, each};
 
 /// Most parts of a substep in which contact is looked at.
 const MOST_PARTS: f64 = 16.0;
+/// Candidates of a task.
+const TASK: usize = 1024;
 
 impl Sim {
     /// Contact and motion of a substep, and the work of what partners and actions gave in it, where the velocities at its
@@ -91,7 +95,7 @@ impl Sim {
         let speeds = self.speeds(course);
         let mut near = std::mem::take(&mut course.near);
         near.renew(self, &placed, speeds, h);
-        let mut pairs = self.pairs(&near, h);
+        let pairs = self.pairs(&near, h);
         let scout = Scout { setting, course: &*course, placed: &placed, owner: &self.owner, h };
         let mut between = Vec::new();
         scout.spots(near.spots(), &self.vertices, &mut between);
@@ -113,13 +117,14 @@ impl Sim {
             external: &mut course.books.held,
         };
         bond::begin(&mut bonds);
+        let touched = touches.iter().flat_map(|t| t.place.parts()).map(|(i, _)| i);
+        let mut regions = Regions::new(pairs, &self.vertices, touched.chain(bonds.iter().map(|b| b.vertex as usize)));
         for _ in 0..setting.turns {
-            for pair in &mut pairs {
-                pair.solve(&mut self.vertices, h, others.external);
-            }
+            regions.solve(&mut self.vertices, (h, setting.parallel), others.external);
             settle(&mut self.vertices, &self.owner, &mut touches, &mut others, h);
             bond::hold(&mut bonds, &mut self.vertices, &self.owner, &mut others, h);
         }
+        regions.finish(&mut self.vertices, others.external);
         earn(&self.vertices, start, &self.owner, &touches, &mut others);
         bond::earn(&bonds, &self.vertices, start, &self.owner, &mut others);
         course.bonds = bonds;
@@ -128,14 +133,12 @@ impl Sim {
     /// Pieces of cloth that touch, in an order that does not depend on when they were looked for.
     fn pairs(&self, near: &Near, h: f64) -> Vec<Pair> {
         let (vertices, thickness) = (&self.vertices, self.setting.thickness);
-        let mut pairs: Vec<Pair> = if self.setting.parallel {
-            near.candidates().par_iter().filter_map(|c| c.touch(vertices, thickness, h)).collect()
+        let one = |c: &Candidate| near.may_touch(c, thickness).then(|| c.touch(vertices, thickness, h)).flatten();
+        if self.setting.parallel {
+            near.candidates().par_iter().with_min_len(TASK).filter_map(one).collect()
         } else {
-            near.candidates().iter().filter_map(|c| c.touch(vertices, thickness, h)).collect()
-        };
-        // The list may be older or younger in a run that was resumed.
-        pairs.sort_unstable_by_key(Pair::key);
-        pairs
+            near.candidates().iter().filter_map(one).collect()
+        }
     }
 
     /// How fast things move.

@@ -8,7 +8,7 @@ use cosplat_core::boundary::{Vec3, norm, sub};
 use cosplat_core::distance::{Placed, Shape};
 use cosplat_core::plugin::{StateError, StateReader, StateSink};
 
-use crate::own::Candidate;
+use crate::own::{Candidate, WATCHED};
 use crate::patches::Patches;
 use crate::pieces;
 use crate::place::Place;
@@ -105,7 +105,8 @@ impl Near {
     pub(crate) fn renew(&mut self, sim: &Sim, placed: &[Placed], speeds: Speeds, h: f64) {
         let setting = &sim.setting;
         let allowed = ALLOWED_SOLID * setting.shortest;
-        if self.spots.moved + h * speeds.solid > allowed && !(setting.walls.is_empty() && placed.is_empty()) {
+        let flat = setting.walls.iter().all(|wall| wall.is_half_space) && placed.is_empty();
+        if self.spots.moved + h * speeds.solid > allowed && !flat {
             let search = search::Search {
                 vertices: &sim.vertices,
                 triangles: &sim.mesh.triangles,
@@ -115,7 +116,7 @@ impl Near {
             };
             let mut list = Vec::new();
             let body = |i: usize| sim.owner[i] as usize;
-            for (w, wall) in setting.walls.iter().enumerate() {
+            for (w, wall) in setting.walls.iter().enumerate().filter(|(_, wall)| !wall.is_half_space) {
                 let found = search.run(&wall.shape, |i| wall.surface[body(i)].is_some());
                 list.extend(found.into_iter().map(|place| (place, Target::Wall(w))));
             }
@@ -140,11 +141,11 @@ impl Near {
             return;
         }
         // What is touched in this substep must be within reach, however fast: so must the patches be wide.
-        let fastest = 1.05 * setting.thickness + allowed + 2.0 * h * speeds.own;
+        let fastest = (1.0 + WATCHED) * setting.thickness + allowed + 2.0 * h * speeds.own;
         self.patches = Patches::new(vertices, (PATCH * setting.shortest).max(2.0 * fastest));
         let closing = self.patches.ahead(vertices, h);
-        // Touching is also what may be closed by a push, `Candidate::touch`: a twentieth of the thickness more.
-        let reach = 1.05 * setting.thickness + allowed.max(closing) + closing;
+        // Touching is also what may be closed by a push, `Candidate::touch`.
+        let reach = (1.0 + WATCHED) * setting.thickness + allowed.max(closing) + closing;
         let search = pieces::Search {
             mesh: &sim.mesh,
             vertices,
@@ -153,7 +154,10 @@ impl Near {
             thickness: setting.thickness,
             parallel: setting.parallel,
         };
-        self.own = Aging { list: search.run(), moved: 0.0 };
+        // Sorted: the list may be older or younger in a run that was resumed.
+        let mut list = search.run();
+        list.sort_unstable_by_key(Candidate::key);
+        self.own = Aging { list, moved: 0.0 };
         (self.moved_far, self.at_most) = (0.0, self.patches.side - reach);
     }
 
@@ -213,8 +217,17 @@ impl Near {
         Ok(Self { spots: Aging { list, moved }, ..Self::default() })
     }
 
-    /// Pieces of cloth near each other.
+    /// Pieces of cloth near each other, sorted.
     pub(crate) fn candidates(&self) -> &[Candidate] {
         &self.own.list
+    }
+
+    /// Whether two pieces may touch in the substep that was looked ahead to, by how far they were apart and what is about
+    /// them has moved since: who does not is not looked at, and would not have touched.
+    pub(crate) fn may_touch(&self, candidate: &Candidate, thickness: f64) -> bool {
+        let [a, b, ..] = candidate.ends.map(|i| self.patches.closing(i));
+        let closing = if candidate.is_vertex { a } else { a.max(b) };
+        // Rounded once more than what it is compared with.
+        candidate.apart - closing < (1.0 + WATCHED + 1e-9) * thickness
     }
 }

@@ -7,6 +7,9 @@ use crate::pair::Pair;
 use crate::tiles::Tiles;
 use crate::vertex::Vertex;
 
+/// Share of the thickness by which more is watched than what closes by itself.
+pub(crate) const WATCHED: f64 = 0.05;
+
 /// The surface of all cloths, by vertices in memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Mesh {
@@ -31,9 +34,16 @@ pub(crate) struct Candidate {
     pub(crate) ends: [u32; 4],
     pub(crate) is_vertex: bool,
     pub(crate) friction: [f64; 2],
+    /// Distance of the two when they were looked for \[m\].
+    pub(crate) apart: f64,
 }
 
 impl Candidate {
+    /// By what candidates are sorted: edges, then vertices, each by their ends.
+    pub(crate) fn key(&self) -> (bool, [u32; 4]) {
+        (self.is_vertex, self.ends)
+    }
+
     /// The contact of the two, where they may close their gap in a substep of `h` \[s\].
     pub(crate) fn touch(&self, vertices: &[Vertex], thickness: f64, h: f64) -> Option<Pair> {
         let x = self.ends.map(|i| vertices[i as usize].x);
@@ -56,10 +66,11 @@ impl Candidate {
             friction: self.friction,
             pressed: 0.0,
             rubbed: [0.0; 3],
+            turn: None,
         };
         let velocity = pair.velocity(vertices);
         // Others may push it while contacts are solved: a little more than what closes by itself is watched.
-        let watched = h * norm(velocity) + 0.05 * thickness;
+        let watched = h * norm(velocity) + WATCHED * thickness;
         (pair.gap + h * dot(velocity, normal) < watched).then_some(pair)
     }
 

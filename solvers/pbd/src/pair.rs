@@ -31,14 +31,11 @@ pub(crate) struct Pair {
     /// Impulse so far \[N s\]: along the normal, and across.
     pub(crate) pressed: f64,
     pub(crate) rubbed: Vec3,
+    /// Once it has rubbed; within, nothing where its points lie on a line.
+    pub(crate) turn: Option<Option<Turn>>,
 }
 
 impl Pair {
-    /// By what pairs are sorted: edges, which have two points with a positive share, then vertices, then by their ends.
-    pub(crate) fn key(&self) -> (bool, [u32; 4]) {
-        (self.share[1] <= 0.0, self.ends)
-    }
-
     /// How fast the sides separate \[m/s\].
     pub(crate) fn velocity(&self, vertices: &[Vertex]) -> Vec3 {
         self.ends.iter().zip(self.share).fold([0.0; 3], |sum, (&i, c)| add(sum, scale(vertices[i as usize].u, c)))
@@ -61,7 +58,9 @@ impl Pair {
         if self.friction[0] <= 0.0 || (pressed <= 0.0 && norm(self.rubbed) <= 0.0) {
             return;
         }
-        let Some(turn) = Turn::of(at.map(|v| v.x), scale(self.normal, self.apart)) else { return };
+        // Positions are those of the start of the substep in all turns.
+        let of = || Turn::of(at.map(|v| v.x), scale(self.normal, self.apart));
+        let Some(turn) = *self.turn.get_or_insert_with(of) else { return };
         let slip = sub(self.velocity(vertices), turn.drag(self.ends.map(|i| vertices[i as usize].u)));
         let slip = sub(slip, scale(self.normal, dot(slip, self.normal)));
         let speed = norm(slip);
@@ -96,7 +95,8 @@ impl Pair {
 }
 
 /// Rotation of four points about their middle.
-struct Turn {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turn {
     arm: [Vec3; 4],
     inverse: Matrix3<f64>,
     across: Vec3,
@@ -147,6 +147,7 @@ mod tests {
             friction: [0.5, 0.5],
             pressed: 0.0,
             rubbed: [0.0; 3],
+            turn: None,
         };
         (vertices, pair)
     }

@@ -139,6 +139,7 @@ impl Search<'_> {
     fn of_vertices(&self, first: &Part, second: &Part, friction: [f64; 2], found: &mut Vec<Candidate>) {
         let rest = |i: u32| self.mesh.rest[i as usize];
         let far = |p: Vec3, points: [Vec3; 3]| norm(sub(p, at(points, on_triangle(points, p))));
+        let far_now = |x: Vec3, ends: [u32; 3]| far(x, ends.map(|i| self.x(i)));
         for &v in &first.vertices {
             let x = self.x(v);
             for (t, bounds) in &second.triangles {
@@ -146,12 +147,14 @@ impl Search<'_> {
                 if !close(bounds, &(x, [0.0; 3]), self.reach)
                     || [a, b, c].contains(&v)
                     || (self.same(v, a) && self.is_beside(&[v], &ends))
-                    || far(x, ends.map(|i| self.x(i))) > self.reach
-                    || (self.same(v, a) && far(rest(v), ends.map(rest)) < 2.0 * self.thickness)
                 {
                     continue;
                 }
-                found.push(Candidate { ends: [v, a, b, c], is_vertex: true, friction });
+                let apart = far_now(x, ends);
+                if apart > self.reach || (self.same(v, a) && far(rest(v), ends.map(rest)) < 2.0 * self.thickness) {
+                    continue;
+                }
+                found.push(Candidate { ends: [v, a, b, c], is_vertex: true, friction, apart });
             }
         }
     }
@@ -165,16 +168,21 @@ impl Search<'_> {
         let rest = |e: [u32; 2]| e.map(|i| self.mesh.rest[i as usize]);
         let closest = 2.0 * self.thickness;
         let same = self.same(first[0], second[0]);
-        if first.iter().any(|i| second.contains(i))
-            || (same && self.is_beside(&first, &second))
-            || edges_apart(points(first), points(second)) > self.reach * self.reach
-            || (same && edges_apart(rest(first), rest(second)) < closest * closest)
-        {
+        if first.iter().any(|i| second.contains(i)) || (same && self.is_beside(&first, &second)) {
+            return;
+        }
+        let square = edges_apart(points(first), points(second));
+        if square > self.reach * self.reach || (same && edges_apart(rest(first), rest(second)) < closest * closest) {
             return;
         }
         // In one order, whichever of the two comes first in the cells.
         let [first, second] = if first < second { [first, second] } else { [second, first] };
-        found.push(Candidate { ends: [first[0], first[1], second[0], second[1]], is_vertex: false, friction });
+        found.push(Candidate {
+            ends: [first[0], first[1], second[0], second[1]],
+            is_vertex: false,
+            friction,
+            apart: square.sqrt(),
+        });
     }
 }
 

@@ -65,7 +65,7 @@ impl Plugin for Pbd {
             .map_err(|e| PluginError::Environment(format!("{} threads: {e}", model.threads)))?;
         let foreseen = vec![None; model.sim.setting.partners.len()];
         let shown = vec![Shown::default(); model.faces.len()];
-        let (mechanical, near) = (model.mechanical(), Near::default());
+        let (mechanical, near) = (model.mechanical(pool.as_ref()), Near::default());
         let run = Run { model, shown, dissipated: 0.0, mechanical, foreseen, pool, near };
         let setup = run.setup();
         self.run = Some(run);
@@ -112,7 +112,7 @@ impl Plugin for Pbd {
             + course.books.held.work
             + course.books.kicks.iter().chain(&course.books.swarms).map(|t| t.work).sum::<f64>()
             + course.proxies.iter().flat_map(|p| &p.on_own).map(|t| t.work).sum::<f64>();
-        run.mechanical = run.model.mechanical();
+        run.mechanical = run.model.mechanical(run.pool.as_ref());
         run.dissipated += before + given - run.mechanical.iter().sum::<f64>();
         let energy = run.model.energy(course.start + course.length, run.mechanical, run.dissipated);
         let outputs = outputs(&run.model, &course, &residuals, energy);
@@ -180,7 +180,7 @@ impl Plugin for Pbd {
         }
         (run.dissipated, run.foreseen, run.near) = (dissipated, foreseen, near);
         run.shown.iter_mut().zip(sides).for_each(|(shown, sides)| shown.sides = sides);
-        run.mechanical = run.model.mechanical();
+        run.mechanical = run.model.mechanical(run.pool.as_ref());
         Ok(())
     }
 }
@@ -218,6 +218,8 @@ fn outputs(model: &Model, course: &Course, residuals: &[f64], energy: Energy) ->
         ("contacts", books.touches),
         ("substeps beyond a thickness", books.too_fast),
         ("samples gone through cloth", course.swarms.iter().map(|s| s.pierced).sum()),
+        ("final-samples beyond cloth", books.beyond),
+        ("final-neighbours with cloth between", books.cut),
     ];
     let report = Report {
         substeps: books.substeps,

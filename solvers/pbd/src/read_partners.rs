@@ -43,7 +43,8 @@ impl Reader<'_> {
             None => Some(plain),
         });
         let surface = surface.collect();
-        Some(Wall { shape: Placed::at(shape, &wall.pose), surface })
+        let is_half_space = matches!(shape, Shape::Plane(None));
+        Some(Wall { shape: Placed::at(shape, &wall.pose), is_half_space, surface })
     }
 
     /// Interfaces as this solver plays them, and the rigid partners among them.

@@ -26,8 +26,12 @@ impl Model {
     }
 
     /// Kinetic energy, and that stored in constraints \[J\].
-    pub(crate) fn mechanical(&self) -> [f64; 2] {
-        [self.sim.vertices.iter().map(|v| 0.5 * v.mass * dot(v.u, v.u)).sum(), self.sim.stored()]
+    pub(crate) fn mechanical(&self, pool: Option<&rayon::ThreadPool>) -> [f64; 2] {
+        let stored = match pool.filter(|_| self.sim.setting.parallel) {
+            Some(pool) => pool.install(|| self.sim.stored(true)),
+            None => self.sim.stored(false),
+        };
+        [self.sim.vertices.iter().map(|v| 0.5 * v.mass * dot(v.u, v.u)).sum(), stored]
     }
 
     /// Energies at time `t` \[s\], with what is kinetic and stored.

@@ -9,7 +9,10 @@ use rayon::prelude::*;
 
 use crate::cover::{Contact, Cover, Found};
 use crate::list::List;
+use crate::own::Mesh;
+use crate::seam::{self, Bead};
 use crate::side::Sides;
+use crate::vertex::Vertex;
 
 /// Width of a sample that has neither an area nor a volume \[m\].
 const NO_WIDTH: f64 = 1e-3;
@@ -160,6 +163,42 @@ impl<'a> Swarm<'a> {
             self.contacts.extend(contacts.iter().flatten());
         }
         self.sides = all;
+        let mesh = cover.mesh;
+        let beads = self.beads(half, |c| mesh.rim.get(c.triangle as usize).is_some_and(|bits| bits & 7 != 0));
+        self.contacts.extend(seam::contacts(&beads, mesh, cover.vertices));
+    }
+
+    /// Samples with a contact of a kind.
+    fn beads(&self, half: f64, takes: impl Fn(&Contact) -> bool) -> Vec<Bead> {
+        let bead = |c: &Contact| {
+            let [sample, _] = c.samples;
+            let touching = self.marks.radius[sample as usize] + half;
+            Bead { sample, x: self.now[sample as usize][0], touching, triangle: c.triangle }
+        };
+        self.contacts.iter().filter(|c| c.share == 0.0 && takes(c)).map(bead).collect()
+    }
+
+    /// How many seams between samples go through the cloth at `t` \[s\] from the start of the window.
+    pub(crate) fn cut(&mut self, (mesh, vertices): (&Mesh, &[Vertex]), half: f64, t: f64) -> u64 {
+        self.at(t);
+        // Both ends of such a seam are nearer to the cloth together than its length, which is less than where they touch.
+        let beads = self.beads(half, |c| c.gap.abs() < self.marks.thickest + half);
+        let corners = |t: u32| mesh.triangles[t as usize].map(|i| vertices[i as usize].x);
+        let mut all = Vec::new();
+        seam::seams(&beads, |[a, b], _| {
+            let known = self.list.samples.binary_search(&a.sample).map_or(&[][..], |place| self.list.of(place));
+            if known.iter().any(|&t| seam::crosses([a.x, b.x], corners(t))) {
+                all.push([a.sample, b.sample]);
+            }
+        });
+        all.sort_unstable();
+        all.dedup();
+        all.len() as u64
+    }
+
+    /// How many samples are beyond the cloth.
+    pub(crate) fn beyond(&self) -> u64 {
+        self.sides.iter().filter(|sides| sides.iter().flatten().any(|side| side.is_through)).count() as u64
     }
 
     /// Position and velocity of a sample \[m, m/s\].
@@ -183,6 +222,13 @@ impl<'a> Swarm<'a> {
     /// 1 / mass of a sample \[1/kg\].
     pub(crate) fn inverse(&self, sample: u32) -> f64 {
         self.marks.inverse[sample as usize]
+    }
+
+    /// Velocity \[m/s\] and velocity per impulse \[1/kg\] of a point between two samples.
+    pub(crate) fn between(&self, [i, j]: [u32; 2], share: f64) -> (Vec3, f64) {
+        let velocity = add(scale(self.velocity(i), 1.0 - share), scale(self.velocity(j), share));
+        let [first, second] = [(i, 1.0 - share), (j, share)].map(|(i, share)| share * share * self.inverse(i));
+        (velocity, first + second)
     }
 
     /// Gives a sample an impulse \[N s\].

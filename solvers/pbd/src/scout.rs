@@ -53,8 +53,10 @@ impl Scout<'_, '_> {
         for (s, (swarm, meeting)) in self.course.swarms.iter().zip(&self.course.meetings).enumerate() {
             let is_free = |place: &Place| !place.parts().any(|(i, _)| self.is_bound(i, Cause::Sample(s, 0)));
             for contact in swarm.contacts.iter().filter(|c| is_free(&c.place)) {
-                let (place, cause) = (contact.place, Cause::Sample(s, contact.sample));
-                let relative = sub(place.velocity(vertices), swarm.velocity(contact.sample));
+                let (place, ends, share) = (contact.place, contact.samples, contact.share);
+                let is_seam = ends[0] != ends[1];
+                let cause = if is_seam { Cause::Seam(s, ends, share) } else { Cause::Sample(s, ends[0]) };
+                let relative = sub(place.velocity(vertices), swarm.between(ends, share).0);
                 touches.extend(self.note(relative, place, cause, (contact.gap, contact.out), meeting.surface));
             }
         }

@@ -12,6 +12,7 @@ use crate::course::{Course, Desk, Kick};
 use crate::own::Mesh;
 use crate::pull::Pull;
 use crate::push::{Action, Push};
+use crate::samples::Swarm;
 use crate::stretch::Edge;
 use crate::tally::Tally;
 use crate::vertex::{Constraint, Phases, Solve, Vertex, solve};
@@ -26,6 +27,8 @@ const MOST_SUBSTEPS: f64 = 1e6;
 #[derive(Clone, Debug)]
 pub(crate) struct Wall {
     pub(crate) shape: Placed,
+    /// Over which distance is linear, so that corners tell all of a triangle.
+    pub(crate) is_half_space: bool,
     pub(crate) surface: Vec<Option<Surface>>,
 }
 
@@ -144,6 +147,9 @@ impl Sim {
         }
         let last = Solve { h, per_h2: 1.0 / (h * h), first: false, relaxed: self.setting.relaxed };
         course.books.left = self.edges.largest(&self.vertices, self.size, |edge, ends| edge.left(ends, &last));
+        let (half, now) = (0.5 * self.setting.thickness, (&self.mesh, &self.vertices[..]));
+        course.books.beyond = course.swarms.iter().map(Swarm::beyond).sum();
+        course.books.cut = course.swarms.iter_mut().map(|swarm| swarm.cut(now, half, course.length)).sum();
         if self.vertices.iter().all(|v| v.x.iter().chain(&v.u).all(|c| c.is_finite())) {
             return Ok(());
         }

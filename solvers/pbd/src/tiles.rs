@@ -116,7 +116,8 @@ impl Tiles {
             all().all(|f| {
                 let [[xx, xy], [yx, yy]] = frame.map(|r| [dot(r, f[0]), dot(r, f[1])]);
                 let (mean, off) = (0.5 * (xx + yy), 0.5 * (xy + yx));
-                (mean - (0.5 * (xx - yy)).hypot(off)) * least > reach
+                let most = (0.25 * (xx - yy) * (xx - yy) + off * off).sqrt();
+                (mean - most) * least > reach
             })
         };
         self.all.iter().map(is_flat).collect()

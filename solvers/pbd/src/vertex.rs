@@ -1,6 +1,7 @@
 //! Vertices, what connects them, and the order in which that is solved.
 
 use cosplat_core::boundary::{Vec3, add, scale};
+use rayon::prelude::*;
 
 /// One vertex; a cache line.
 #[derive(Clone, Copy, Debug, Default)]
@@ -144,17 +145,27 @@ impl<C> Phases<C> {
         phases
     }
 
-    /// Energy of all \[J\].
-    pub(crate) fn energy<const N: usize>(&self, vertices: &[Vertex], size: usize, sweeps: &Sweeps) -> f64
+    /// Energy of all \[J\]: `parallel` shares blocks out.
+    pub(crate) fn energy<const N: usize>(
+        &self,
+        (vertices, size): (&[Vertex], usize),
+        sweeps: &Sweeps,
+        parallel: bool,
+    ) -> f64
     where
         C: Constraint<N>,
     {
         let sum = |list: &[C], from: usize| -> f64 {
             list.iter().map(|c| c.energy(c.ends().map(|i| &vertices[from + i as usize]), sweeps)).sum()
         };
-        let first: f64 = self.first.iter().enumerate().map(|(b, list)| sum(list, b * size)).sum();
-        let shifted: f64 = self.shifted.iter().enumerate().map(|(b, list)| sum(list, b * size + size / 2)).sum();
-        first + shifted + sum(&self.rest, 0) + sum(&self.anchored, 0)
+        let blocks = |all: &[Vec<C>], from: usize| -> f64 {
+            if parallel {
+                let each = all.par_iter().enumerate().map(|(b, list)| sum(list, b * size + from));
+                return each.collect::<Vec<f64>>().into_iter().sum();
+            }
+            all.iter().enumerate().map(|(b, list)| sum(list, b * size + from)).sum()
+        };
+        blocks(&self.first, 0) + blocks(&self.shifted, size / 2) + sum(&self.rest, 0) + sum(&self.anchored, 0)
     }
 }
 
