@@ -101,6 +101,34 @@ fn a_study_recovers_known_orders_and_does_nothing_twice() {
 }
 
 #[test]
+fn runs_side_by_side_give_the_same_results_and_say_that_their_times_are_not_their_own() {
+    let place = tempfile::tempdir().expect("a scratch folder");
+    let vary = ["oscillator", "--vary", "clock.link_scheme=serial,alternating", "--vary", "clock.window=-1,0.02,0.01"];
+    let found = |more: &[&str]| {
+        let out = ["--quiet", "--format", "json", "--out", more[0]];
+        answer(&study(place.path(), &[&vary, out.as_slice(), &more[1..]].concat()), 0)["cases"][0].clone()
+    };
+    let alone = found(&["alone", "--runs", "1"]);
+    let crowded = found(&["crowded", "--runs", "1", "--jobs", "3"]);
+    let rows = |case: &Value| case["rows"].as_array().expect("there are runs").clone();
+    assert_eq!(rows(&alone).len(), 6);
+    for (one, other) in rows(&alone).iter().zip(&rows(&crowded)) {
+        for key in ["settings", "outcome", "why", "error", "errors", "error_coupling", "state_hash", "substeps"] {
+            assert_eq!(one[key], other[key], "{key}");
+        }
+    }
+    let beside =
+        |case: &Value| -> Vec<Value> { rows(case).iter().map(|r| r["cost"]["beside_others"].clone()).collect() };
+    assert_eq!(beside(&alone)[1..3], [false, false]);
+    assert_eq!(beside(&crowded)[1..3], [true, true]);
+    assert!(crowded["notes"].to_string().contains("shared cores"), "{}", crowded["notes"]);
+    // The second one of each is alone, and its time is the one that counts.
+    let again = found(&["crowded", "--runs", "2", "--jobs", "3"]);
+    assert!(rows(&again)[1]["cost"]["runs"] == 1 && beside(&again)[1] == false, "{again}");
+    assert_eq!(rows(&again)[1]["cached"], 1);
+}
+
+#[test]
 fn runs_that_cannot_be_made_are_results_and_mistakes_are_shown_at_once() {
     let place = tempfile::tempdir().expect("a scratch folder");
     let vary = ["oscillator", "--vary", "clock.window=-1,0.02,0.01", "--out", "result"];

@@ -15,7 +15,7 @@ const POINTS: u64 = 4000;
 const INDEX: [&str; 2] = ["window", "time_s"];
 
 /// A table of numbers: the first column is the time.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Table {
     names: Vec<String>,
     /// One list a column; of each bunch of rows the value of largest magnitude, so that no peak is lost.

@@ -5,9 +5,12 @@ use cosplat_core::scene::{Body, Material, Scene, Source};
 use serde::Serialize;
 
 use super::case::{Case, Comparison, Level, Measure, Reference};
-use super::evaluate::{Finished, from_probes, wall_s};
+use super::evaluate::{Finished, from_probes};
 use super::norm;
 use crate::folder::summary::Summary;
+
+/// Yield stress over stiffness of what never yields.
+const NEVER_YIELDS: f64 = 1e6;
 
 /// A decision that can be taken the other way round.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,7 +44,7 @@ pub(crate) struct Worth {
     pub(crate) same_bytes: bool,
     /// Largest distance of a probe between the two runs, relative to how far it moves; null where none moves.
     pub(crate) difference: Option<f64>,
-    /// Wall time inside the windows that the decision saves \[s\].
+    /// Wall time inside the windows that the decision saves \[s\], where both were run alone.
     pub(crate) saved_s: Option<f64>,
     /// Memory of all processes that it saves \[MiB\].
     pub(crate) saved_mib: Option<f64>,
@@ -87,6 +90,9 @@ pub(crate) fn decisions(scene: &Scene, summary: &Summary) -> Vec<Decision> {
             let set = vec![(key, "false".to_owned())];
             found.push(Decision { set, ..decision("self-collision", "cloth passes through itself", &[], false) });
         }
+        if plugin == "rigid" {
+            found.push(ccd(name, summary));
+        }
     }
     // Without its striker a body may be rigid enough: that is another decision, which must stay as it is.
     if scene.pairs.is_empty() && !has("deformation of body") {
@@ -109,6 +115,19 @@ fn decision(name: &str, instead: &str, set: &[(&str, &str)], must_not_matter: bo
     let set = set.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
     let indicator = String::new();
     Decision { name: name.into(), instead: instead.into(), indicator, set, must_not_matter, by_probes: false }
+}
+
+/// Contact that is looked for ahead of a body: needed where one moves by more than half its size in a substep.
+fn ccd(solver: &str, summary: &Summary) -> Decision {
+    let travel = summary.counters.get(solver).and_then(|counters| counters.get("largest-travel-1e-6"));
+    let indicator =
+        travel.map(|part| format!("{:.3e} of a body's size in a substep against 5.000e-1", 1e-6 * *part as f64));
+    let set = vec![(format!("solver.{solver}.params.ccd"), "false".to_owned())];
+    // A body that never moves finds the same contacts.
+    let never = travel == Some(&0);
+    let plain =
+        decision(&format!("ccd-{solver}"), "contact is looked for where a body is, not ahead of it", &[], never);
+    Decision { indicator: indicator.unwrap_or_default(), set, ..plain }
 }
 
 /// What the first decision that begins like this was taken by: its indicator against its limit, or its reason.
@@ -141,6 +160,25 @@ fn of_material(body: &Body, summary: &Summary) -> Vec<Decision> {
             found.push(Decision { indicator: known.unwrap_or_default(), ..viscosity });
         }
     }
+    if let Material::Elastoplastic { density_kg_m3, youngs_modulus_pa, poissons_ratio, yield_stress_pa } = body.material
+    {
+        let part = yield_stress_pa / youngs_modulus_pa;
+        let value = format!(
+            "{{ kind = \"elastoplastic\", density = {density_kg_m3:?}, youngs_modulus = {youngs_modulus_pa:?}, \
+             poissons_ratio = {poissons_ratio:?}, yield_stress = {:?} }}",
+            NEVER_YIELDS * youngs_modulus_pa
+        );
+        // A solid is not strained by its whole size: what yields only there never does.
+        let plasticity = of("plasticity", "material", &value, part > 1.0);
+        found.push(Decision { indicator: format!("yield stress over stiffness {part:.3e} against 1"), ..plasticity });
+    }
+    if let Material::Cloth { areal_density_kg_m2, stretch_compliance_m_n, .. } = body.material
+        && stretch_compliance_m_n > 0.0
+    {
+        let compliance = of("compliance", "material.stretch_compliance", "0", false);
+        let indicator = compliance_part(body, areal_density_kg_m2, stretch_compliance_m_n, summary);
+        found.push(Decision { indicator: indicator.unwrap_or_default(), ..compliance });
+    }
     if matches!(body.material, Material::Cloth { .. }) && has("relaxation factors") {
         found.push(of("relaxation", "material.stretch_relaxation", "1", true));
     }
@@ -150,11 +188,20 @@ fn of_material(body: &Body, summary: &Summary) -> Vec<Decision> {
     found
 }
 
+/// Compliance of a thread over the square of a substep, against the inverse masses of its two ends: below a thousandth
+/// a constraint is as good as inextensible (Macklin et al. 2016, equation 18).
+fn compliance_part(body: &Body, areal_density: f64, compliance: f64, summary: &Summary) -> Option<String> {
+    let process = summary.processes.iter().find(|process| process.name == body.solver)?;
+    let substep = summary.simulated_s / process.substeps.max(1) as f64;
+    let inverse_masses = 2.0 / (areal_density * body.spacing_m?.powi(2));
+    Some(format!("{:.3e} against 1.000e-3", compliance / substep.powi(2) / inverse_masses))
+}
+
 /// The case of a scene with changes.
-pub(crate) fn case_of(scene: &str, name: &str, set: Vec<(String, Level)>) -> Case {
+pub(crate) fn case_of(scene: &str, [name, title]: [&str; 2], set: Vec<(String, Level)>) -> Case {
     Case {
         name: name.to_owned(),
-        title: String::new(),
+        title: title.to_owned(),
         scene: scene.to_owned(),
         source: String::new(),
         quantities: Vec::new(),
@@ -181,7 +228,7 @@ pub(crate) fn worth(decision: &Decision, plain: &Finished, other: &Finished) -> 
         must_not_matter: decision.must_not_matter,
         same_bytes,
         difference,
-        saved_s: both.map(|(plain, other)| wall_s(other) - wall_s(plain)),
+        saved_s: both.and_then(|_| Some(other.wall_s()? - plain.wall_s()?)),
         saved_mib: both.and_then(|(plain, other)| Some(memory(other)? - memory(plain)?)),
         saved_messages: both.map_or(0, |(plain, other)| messages(other) - messages(plain)),
         why_not: both.is_none().then(|| other.complaint().unwrap_or_else(|| "it has no result".into())),

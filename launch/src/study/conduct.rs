@@ -1,14 +1,15 @@
-//! Runs a case: every combination of what is varied, one process after the other, because times are taken.
+//! Runs cases: every combination of what is varied in each.
 
 use std::path::Path;
+use std::thread::available_parallelism;
 
 use super::case::{Case, Level};
 use super::design::{Settings, settings};
 use super::evaluate::{Finished, evaluate};
 use super::fingerprint;
 use super::outcome::Class;
+use super::pool::{Wanted, carry_out};
 use super::result::CaseResult;
-use super::trial::{self, Trial};
 use crate::exit::Error;
 use crate::render::Paint;
 use crate::scene_source::{self, Source};
@@ -34,54 +35,70 @@ pub(crate) struct Conditions<'a> {
     pub(crate) runs: usize,
     /// Hash of this program.
     pub(crate) program: u128,
+    /// Runs that are made side by side.
+    pub(crate) jobs: usize,
 }
 
 /// What is going on.
 #[derive(Clone, Debug)]
 pub(crate) enum News {
-    /// This run begins: its number from 1, of how many, and its name.
-    Begins(usize, usize, String),
-    /// This run has ended: its class, and whether all of it was there already.
-    Ended(Class, bool),
+    /// The run of this name begins.
+    Begins(String),
+    /// It has ended: its class, and whether all of it was there already.
+    Ended(String, Class, bool),
 }
 
-/// Runs and evaluates a case; none where the user has stopped it.
+/// Cores that this program may use.
+pub(crate) fn cores() -> usize {
+    available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
+/// Runs and evaluates cases; none where the user has stopped it.
 ///
 /// # Errors
-/// The scene cannot be used with any of the values, or this machine refuses what is needed to run it. A run that fails
+/// A scene cannot be used with any of the values, or this machine refuses what is needed to run it. A run that fails
 /// is no error but a result.
 pub(crate) async fn conduct(
-    case: &Case,
+    cases: &[Case],
     conditions: Conditions<'_>,
     signals: &mut Signals,
     tell: &mut impl FnMut(News),
-) -> Result<Option<CaseResult>, Error> {
-    let source = scene_source::load(&case.scene)?;
-    let all = settings(&case.vary);
-    check(&source, &case.set, &all)?;
-    let mut finished = Vec::new();
-    for (i, settings) in all.iter().enumerate() {
-        tell(News::Begins(i + 1, all.len(), settings.name()));
-        let Some(done) = repeat(case, &source, settings, conditions, signals).await? else { return Ok(None) };
-        if let Some(first) = done.trials.first() {
-            tell(News::Ended(first.class(), done.trials.iter().all(|t| t.cached)));
-        }
-        finished.push(done);
+) -> Result<Option<Vec<CaseResult>>, Error> {
+    for case in cases {
+        check(&scene_source::load(&case.scene)?, &case.set, &settings(&case.vary))?;
     }
-    Ok(Some(evaluate(case, &finished)))
+    let finished = finish(cases, conditions, signals, tell).await?;
+    Ok(finished.map(|finished| cases.iter().zip(finished).map(|(case, runs)| evaluate(case, &runs)).collect()))
 }
 
-/// Runs a scene that nothing is varied in; none where the user has stopped it.
+/// Runs cases; none where the user has stopped it.
 ///
 /// # Errors
-/// This machine refuses what is needed to run it. A run that fails is no error but a result.
-pub(crate) async fn once(
-    case: &Case,
+/// This machine refuses what is needed to run them. A run that fails is no error but a result.
+pub(crate) async fn finish(
+    cases: &[Case],
     conditions: Conditions<'_>,
     signals: &mut Signals,
-) -> Result<Option<Finished>, Error> {
-    let source = scene_source::load(&case.scene)?;
-    repeat(case, &source, &Settings { values: Vec::new() }, conditions, signals).await
+    tell: &mut impl FnMut(News),
+) -> Result<Option<Vec<Vec<Finished>>>, Error> {
+    let mut wanted = Vec::new();
+    let all: Vec<Vec<Settings>> = cases.iter().map(|case| settings(&case.vary)).collect();
+    for (case, all) in cases.iter().zip(&all) {
+        let source = scene_source::load(&case.scene)?;
+        for (i, settings) in all.iter().enumerate() {
+            let name = match all.len() {
+                1 => format!("{}  {}", case.name, case.title),
+                many => format!("{} {}/{many}  {}", case.name, i + 1, settings.name()),
+            };
+            wanted.push(self::wanted(case, &source, settings, conditions, name));
+        }
+    }
+    let Some(trials) = carry_out(&wanted, conditions, signals, tell).await? else { return Ok(None) };
+    let mut done = all.iter().flatten().zip(wanted).zip(trials).map(|((settings, wanted), trials)| {
+        let folder = wanted.folder.join("1").display().to_string();
+        Finished { settings: settings.clone(), trials, folder }
+    });
+    Ok(Some(all.iter().map(|all| done.by_ref().take(all.len()).collect()).collect()))
 }
 
 /// A scene that none of the values fits is a mistake, not a study of refusals.
@@ -104,13 +121,7 @@ fn fixed(set: &[(String, Level)]) -> impl Iterator<Item = String> {
     set.iter().map(|(key, level)| format!("{key}={}", level.toml))
 }
 
-async fn repeat(
-    case: &Case,
-    source: &Source,
-    settings: &Settings,
-    conditions: Conditions<'_>,
-    signals: &mut Signals,
-) -> Result<Option<Finished>, Error> {
+fn wanted(case: &Case, source: &Source, settings: &Settings, conditions: Conditions<'_>, name: String) -> Wanted {
     let mut overrides: Vec<String> = WITHOUT.map(str::to_owned).to_vec();
     overrides.extend(fixed(&case.set).chain(settings.overrides()));
     let hash = match scene_source::parse(source, &overrides, Paint::stderr()) {
@@ -119,35 +130,7 @@ async fn repeat(
         Err(_) => fingerprint::of_text(conditions.program, source, &overrides),
     };
     let folder = conditions.out.join("runs").join(folder_name(case, settings, &hash));
-    let mut trials: Vec<Trial> = Vec::new();
-    for number in 1..=conditions.runs {
-        let place = folder.join(number.to_string());
-        let trial = match Trial::kept(&place) {
-            Some(kept) => kept,
-            None => match run(&case.scene, &overrides, &folder, &place, signals).await? {
-                Some(trial) => trial,
-                None => return Ok(None),
-            },
-        };
-        // What has no result takes no time worth measuring.
-        let is_worth_repeating = matches!(trial.class(), Class::Correct | Class::Degraded);
-        trials.push(trial);
-        if !is_worth_repeating {
-            break;
-        }
-    }
-    Ok(Some(Finished { settings: settings.clone(), trials, folder: folder.join("1").display().to_string() }))
-}
-
-async fn run(
-    scene: &str,
-    overrides: &[String],
-    folder: &Path,
-    place: &Path,
-    signals: &mut Signals,
-) -> Result<Option<Trial>, Error> {
-    std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, &e))?;
-    trial::run(scene, overrides, place, signals).await
+    Wanted { scene: case.scene.clone(), overrides, folder, name }
 }
 
 /// A name that people can read, with a part of the hash that makes it this run's own.

@@ -33,6 +33,7 @@ impl Control {
     /// The case with its fault.
     pub(crate) fn broken(&self) -> Case {
         let mut case = self.case.clone();
+        case.name = format!("{} ({})", self.case.name, self.name);
         case.set.extend(self.set.iter().cloned());
         case
     }

@@ -36,6 +36,12 @@ impl Finished {
         first.summary.as_ref()
     }
 
+    /// Wall time inside the windows \[s\], where a repetition had the machine to itself.
+    pub(crate) fn wall_s(&self) -> Option<f64> {
+        let cost = cost(&self.trials);
+        (cost.runs > 0 && !cost.beside_others).then_some(cost.wall_s)
+    }
+
     /// What the first complained about.
     pub(crate) fn complaint(&self) -> Option<String> {
         self.trials.first()?.end.why.clone()
@@ -186,13 +192,16 @@ fn momentum_defect(summary: &Summary) -> f64 {
 }
 
 /// Wall time inside the windows \[s\].
-pub(crate) fn wall_s(summary: &Summary) -> f64 {
+fn wall_s(summary: &Summary) -> f64 {
     summary.processes.iter().map(|p| p.compute_s + p.wait_s + p.transfer_s).fold(0.0, f64::max)
 }
 
+/// From the repetitions that were made alone, where any was.
 fn cost(trials: &[Trial]) -> Cost {
     let inside = |s: &&Summary| wall_s(s);
-    let mut summaries: Vec<&Summary> = trials.iter().filter_map(|trial| trial.summary.as_ref()).collect();
+    let beside_others = trials.iter().all(|trial| trial.end.beside_others);
+    let counts = |trial: &&Trial| beside_others || !trial.end.beside_others;
+    let mut summaries: Vec<&Summary> = trials.iter().filter(counts).filter_map(|t| t.summary.as_ref()).collect();
     summaries.sort_by(|a, b| inside(a).total_cmp(&inside(b)));
     let Some(middle) = summaries.get((summaries.len().max(1) - 1) / 2) else { return Cost::default() };
     let wall_s = inside(middle);
@@ -201,6 +210,7 @@ fn cost(trials: &[Trial]) -> Cost {
         wall_s,
         wall_spread: if wall_s > 0.0 { ends / wall_s } else { 0.0 },
         runs: summaries.len(),
+        beside_others,
         simulated_s: middle.simulated_s,
         core_s: middle.processes.iter().map(|p| p.cpu_s).sum(),
         processes: middle.processes.clone(),
@@ -284,6 +294,13 @@ fn notes(case: &Case, quantities: &[Quantity], rows: &[Row], finished: &[Finishe
     let loud = rows.iter().filter(is_loud).count();
     if loud > 0 {
         notes.push(format!("The wall times of {loud} runs scatter by more than 10 %: this machine was not quiet."));
+    }
+    let shared = rows.iter().filter(|row| row.cost.as_ref().is_some_and(|c| c.beside_others)).count();
+    if shared > 0 {
+        notes.push(format!(
+            "The times of {shared} runs were taken with other runs beside them, on shared cores: they are upper bounds. \
+             `--runs 2` makes a second one of each alone, `--jobs 1` all of them."
+        ));
     }
     let hash = |trial: &Trial| trial.summary.as_ref().and_then(|s| s.state_hash.clone());
     if finished.iter().any(|f| f.trials.windows(2).any(|w| hash(&w[0]) != hash(&w[1]))) {

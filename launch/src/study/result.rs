@@ -101,8 +101,10 @@ pub(crate) struct Cost {
     pub(crate) wall_s: f64,
     /// Largest minus smallest wall time, over the median.
     pub(crate) wall_spread: f64,
-    /// Repetitions.
+    /// Repetitions whose time counts.
     pub(crate) runs: usize,
+    /// Whether other runs were made beside them: the times are upper bounds.
+    pub(crate) beside_others: bool,
     /// Simulated time \[s\].
     pub(crate) simulated_s: f64,
     /// Processor time of all solvers, set-up included \[s\]; null where the system does not tell.

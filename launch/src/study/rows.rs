@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::result::{CaseResult, Row};
 
 /// Columns that every line has, behind the name of the case.
-const COLUMNS: [&str; 24] = [
+const COLUMNS: [&str; 25] = [
     "version",
     "machine",
     "outcome",
@@ -16,6 +16,7 @@ const COLUMNS: [&str; 24] = [
     "wall_s",
     "wall_spread",
     "runs",
+    "beside_others",
     "simulated_s",
     "core_s",
     "compute_s",
@@ -83,6 +84,7 @@ fn cells(row: &Row) -> BTreeMap<String, String> {
         ("wall_s", number(cost.map(|c| c.wall_s))),
         ("wall_spread", number(cost.map(|c| c.wall_spread))),
         ("runs", text(cost.map(|c| c.runs.to_string()))),
+        ("beside_others", text(cost.map(|c| c.beside_others.to_string()))),
         ("simulated_s", number(cost.map(|c| c.simulated_s))),
         ("core_s", number(cost.and_then(|c| c.core_s))),
         ("compute_s", number(cost.map(|c| c.sum(|p| p.compute_s)))),

@@ -1,7 +1,7 @@
 //! One run of a study: `cosplat run` as a process of its own, or what an earlier one has left.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::pin::pin;
 use std::process::Stdio;
 
@@ -9,16 +9,16 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use tokio::process::Command;
+use tokio::sync::watch;
 
 use super::outcome::{Class, complaints};
 use crate::exit::{Code, Error};
 use crate::folder::curves::Table;
 use crate::folder::summary::Summary;
 use crate::folder::{PROBES, SUMMARY};
-use crate::supervise::signals::Signals;
 
 /// What a run has left behind.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Trial {
     /// How it ended.
     pub(crate) end: End,
@@ -37,6 +37,22 @@ pub(crate) struct End {
     pub(crate) code: u8,
     /// What it complained about first.
     pub(crate) why: Option<String>,
+    /// Whether other runs were made beside it, so that its times are not its own.
+    #[serde(default)]
+    pub(crate) beside_others: bool,
+}
+
+/// A run that is wanted.
+#[derive(Clone, Debug)]
+pub(crate) struct Order {
+    /// Scene file or name of a built-in scene.
+    pub(crate) scene: String,
+    /// Changes of the scene, as `--set` takes them.
+    pub(crate) overrides: Vec<String>,
+    /// Its run folder.
+    pub(crate) place: PathBuf,
+    /// Threads that it may use, where other runs are made beside it.
+    pub(crate) share: Option<usize>,
 }
 
 impl Trial {
@@ -47,10 +63,11 @@ impl Trial {
         if matches!(class, Class::Correct | Class::Degraded) && !has_result { Class::Failed } else { class }
     }
 
-    /// What an earlier study has left, where that is the end of this run for good.
-    pub(crate) fn kept(folder: &Path) -> Option<Self> {
+    /// What an earlier study has left, where that is the end of this run for good. Times that are not a run's own are
+    /// none where it shall be alone.
+    pub(crate) fn kept(folder: &Path, alone: bool) -> Option<Self> {
         let end: End = serde_json::from_slice(&fs::read(end_file(folder)).ok()?).ok()?;
-        Some(Self::read(folder, end, true))
+        (!alone || !end.beside_others).then(|| Self::read(folder, end, true))
     }
 
     fn read(folder: &Path, end: End, cached: bool) -> Self {
@@ -59,22 +76,23 @@ impl Trial {
     }
 }
 
-/// Runs a scene into a folder; none where the user has stopped it.
+/// Makes a run; none where the user has stopped it, which `stopped` tells.
 ///
 /// # Errors
 /// This program cannot start itself, or the folder cannot be written.
-pub(crate) async fn run(
-    scene: &str,
-    overrides: &[String],
-    folder: &Path,
-    signals: &mut Signals,
-) -> Result<Option<Trial>, Error> {
+pub(crate) async fn run(order: Order, mut stopped: watch::Receiver<u32>) -> Result<Option<Trial>, Error> {
+    let folder = order.place.as_path();
+    let above = folder.parent().unwrap_or(folder);
+    fs::create_dir_all(above).map_err(|e| Error::io("create", above, &e))?;
     let program = std::env::current_exe().map_err(|e| Error::io("find", Path::new("cosplat"), &e))?;
     let cannot = |e: &std::io::Error| Error::io("start", &program, e);
     let mut command = Command::new(&program);
-    command.args(["run", scene, "--quiet", "--format", "json", "--ends-with-parent", "--out"]).arg(folder);
-    for change in overrides {
+    command.args(["run", &order.scene, "--quiet", "--format", "json", "--ends-with-parent", "--out"]).arg(folder);
+    for change in &order.overrides {
         command.args(["--set", change]);
+    }
+    if let Some(threads) = order.share {
+        command.args(["--threads", &threads.to_string()]);
     }
     // A process group of its own: Ctrl-C on the terminal reaches this program only, which passes it on once.
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).process_group(0).kill_on_drop(true);
@@ -85,7 +103,7 @@ pub(crate) async fn run(
     let output = loop {
         tokio::select! {
             output = &mut ended => break output.map_err(|e| cannot(&e))?,
-            _ = signals.next() => {
+            Ok(()) = stopped.changed() => {
                 was_asked = true;
                 // It may have ended by itself, which is what was wanted.
                 let _ = pid.map(|pid| kill_process(pid, Signal::INT));
@@ -96,7 +114,8 @@ pub(crate) async fn run(
         return Ok(None);
     }
     let code = output.status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(u8::MAX);
-    let end = End { code, why: complaint(&output.stdout, &output.stderr, code) };
+    let why = complaint(&output.stdout, &output.stderr, code);
+    let end = End { code, why, beside_others: order.share.is_some() };
     // Deaths, what this machine lacks and folders that are in use may be others next time.
     let is_final = [Code::Ok, Code::Physics, Code::Verdict].iter().any(|c| *c as u8 == code);
     if is_final {

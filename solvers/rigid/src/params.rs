@@ -19,6 +19,8 @@ pub(crate) struct Params {
     pub(crate) substep: f64,
     /// Sweeps over all contacts in a substep, for positions and again for velocities.
     pub(crate) iterations: usize,
+    /// Whether contact is looked for as far ahead as a body moves in a substep, up to half its size.
+    pub(crate) ccd: bool,
     /// What bounds the substep.
     pub(crate) bound_by: &'static str,
 }
@@ -44,6 +46,10 @@ pub(crate) fn schema() -> Value {
                 "minimum": 1,
                 "maximum": 1000,
                 "description": "Sweeps over all contacts in a substep; default 8"
+            },
+            "ccd": {
+                "type": "boolean",
+                "description": "Continuous collision detection: contact is looked for as far ahead as a body moves in a substep; default true"
             }
         }
     })
@@ -61,12 +67,18 @@ impl Params {
             Err(refused(format!("parameter `{param}` is {found}; it must be a whole number from 1 to {most}")))
         };
         let iterations = count("solver_iterations", ITERATIONS, 1000.0)? as usize;
+        let ccd = match scene.params.get("ccd") {
+            None => true,
+            Some(value) => value
+                .as_bool()
+                .ok_or_else(|| refused(format!("parameter `ccd` is `{value}`; it must be true or false")))?,
+        };
         if scene.params.contains_key("substeps") {
             if scene.params.contains_key("substep_s") {
                 return Err(refused("parameters `substeps` and `substep_s` exclude each other; give one".into()));
             }
             let substep = scene.clock.window_s() / count("substeps", 1.0, 1e6)?;
-            return Ok(Self { substep, iterations, bound_by: "parameter `substeps`" });
+            return Ok(Self { substep, iterations, ccd, bound_by: "parameter `substeps`" });
         }
         let substep = scene.number("substep_s", SUBSTEP_S)?;
         if substep <= 0.0 {
@@ -74,6 +86,6 @@ impl Params {
         }
         let given = scene.params.contains_key("substep_s");
         let bound_by = if given { "parameter `substep_s`" } else { "contact: default longest substep of 1/480 s" };
-        Ok(Self { substep, iterations, bound_by })
+        Ok(Self { substep, iterations, ccd, bound_by })
     }
 }

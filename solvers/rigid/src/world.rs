@@ -233,7 +233,7 @@ fn add_body(inner: &mut PhysicsWorld, model: &Model, state: &State, thing: usize
         .can_sleep(false)
         .gyroscopic_forces_enabled(true)
         .allow_fast_rotation(true)
-        .soft_ccd_prediction(0.5 * body.extent as f32);
+        .soft_ccd_prediction(if model.params.ccd { 0.5 * body.extent as f32 } else { 0.0 });
     let handle = inner.insert_body(built);
     for part in &body.parts {
         inner.insert_collider(collider(thing, part, V3::zeros(), &body.axes.inverse()), Some(handle));

@@ -5,14 +5,14 @@ use std::fmt::Write as _;
 use clap::Args;
 use serde::Serialize;
 
-use super::{Output, VERSION, conditions, machine, write};
+use super::{Output, Pace, VERSION, conditions, machine, say, write};
 use crate::exit::{Code, Error, Problem};
 use crate::page;
-use crate::render::{Paint, json, printable, table, talk};
+use crate::render::{Paint, json, printable, table};
 use crate::scene_source::{load, parse};
 use crate::study::ablation::{Decision, Worth, case_of, decisions, worth};
-use crate::study::case::Level;
-use crate::study::conduct::once;
+use crate::study::case::{Case, Level};
+use crate::study::conduct::{Conditions, finish};
 use crate::supervise::signals::Signals;
 
 /// Everything for programs.
@@ -39,6 +39,8 @@ pub(super) struct AblationArgs {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=100))]
     runs: u8,
     #[command(flatten)]
+    pace: Pace,
+    #[command(flatten)]
     pub(super) output: Output,
 }
 
@@ -62,28 +64,28 @@ struct Answer<'a> {
 pub(super) async fn ablation(args: &AblationArgs, signals: &mut Signals) -> Result<Code, Error> {
     let (scene, _) = parse(&load(&args.scene)?, &args.set, Paint::stderr())?;
     let out = args.output.folder(&format!("{}-ablation", scene.name))?;
-    let conditions = conditions(&out, usize::from(args.runs))?;
+    let conditions = conditions(&out, usize::from(args.runs), args.pace.jobs(1))?;
+    let mut tell = |news| say(args.output.quiet, &news);
     let given = args.set.iter().filter_map(|change| change.split_once('='));
     let given: Vec<_> = given.map(|(key, value)| (key.to_owned(), Level::of(value))).collect();
-    let Some(plain) = once(&case_of(&args.scene, "as-it-is", given.clone()), conditions, signals).await? else {
-        return Ok(Code::Interrupted);
-    };
+    let case = |name: [&str; 2], set| case_of(&args.scene, name, set);
+    // Alone, whatever comes after it.
+    let first = Conditions { jobs: 1, ..conditions };
+    let plain = finish(&[case(["as-it-is", ""], given.clone())], first, signals, &mut tell).await?;
+    let Some(plain) = plain.and_then(|cases| cases.into_iter().flatten().next()) else { return Ok(Code::Interrupted) };
     let Some(summary) = plain.summary() else {
         let problem = Problem::new(format!("`{}` has no result to compare with", args.scene));
         let why = plain.complaint().unwrap_or_default();
         return Err(Error::new(Code::Physics, problem.because(why)));
     };
-    let mut found = Vec::new();
-    for decision in decisions(&scene, summary) {
-        if !args.output.quiet {
-            talk(&format!("{}: {}", decision.name, printable(&decision.instead)));
-        }
-        let set = given.iter().cloned().chain(changes(&decision)).collect();
-        let Some(other) = once(&case_of(&args.scene, &decision.name, set), conditions, signals).await? else {
-            return Ok(Code::Interrupted);
-        };
-        found.push(worth(&decision, &plain, &other));
-    }
+    let decisions = decisions(&scene, summary);
+    let other = |decision: &Decision| {
+        case([&decision.name, &decision.instead], given.iter().cloned().chain(changes(decision)).collect())
+    };
+    let others: Vec<Case> = decisions.iter().map(other).collect();
+    let Some(others) = finish(&others, conditions, signals, &mut tell).await? else { return Ok(Code::Interrupted) };
+    let pairs = decisions.iter().zip(others.iter().flatten());
+    let found: Vec<Worth> = pairs.map(|(decision, other)| worth(decision, &plain, other)).collect();
     let passed = found.iter().all(|worth| worth.passed);
     let machine = machine();
     let text = json(&Answer { version: VERSION, machine: &machine, passed, decisions: &found })?;

@@ -5,10 +5,12 @@ use std::fmt::Write as _;
 use clap::Args;
 use serde::Serialize;
 
-use super::{Output, VERSION, conditions, conduct_all, machine, write};
+use super::{Output, Pace, VERSION, conditions, conduct_all, machine, write};
 use crate::exit::{Code, Error, Problem};
 use crate::page;
-use crate::render::{Paint, json, printable, talk};
+use crate::render::{Paint, json, printable};
+use crate::study::case::Case;
+use crate::study::conduct::cores;
 use crate::study::control::{Noticed, judge, read};
 use crate::study::suite;
 use crate::supervise::signals::Signals;
@@ -29,6 +31,8 @@ pub(super) struct ControlArgs {
     /// Only the controls with these names
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     only: Vec<String>,
+    #[command(flatten)]
+    pace: Pace,
     #[command(flatten)]
     pub(super) output: Output,
 }
@@ -60,18 +64,13 @@ pub(super) async fn controls(args: &ControlArgs, signals: &mut Signals) -> Resul
         return Err(Error::new(Code::Usage, problem.hint(format!("there are {}", names.join(", ")))));
     }
     controls.retain(|control| args.only.is_empty() || args.only.contains(&control.name));
-    let conditions = conditions(&out, 1)?;
-    let mut noticed = Vec::new();
-    for control in &controls {
-        if !args.output.quiet {
-            talk(&format!("{}: {}", control.name, printable(&control.fault)));
-        }
-        let cases = [control.case.clone(), control.broken()];
-        let Some(results) = conduct_all(&cases, conditions, true, signals).await? else {
-            return Ok(Code::Interrupted);
-        };
-        noticed.extend(judge(control, &results[0], &results[1]));
-    }
+    let conditions = conditions(&out, 1, args.pace.jobs(cores()))?;
+    let cases: Vec<Case> = controls.iter().flat_map(|control| [control.case.clone(), control.broken()]).collect();
+    let Some(results) = conduct_all(&cases, conditions, args.output.quiet, signals).await? else {
+        return Ok(Code::Interrupted);
+    };
+    let both = controls.iter().zip(results.chunks_exact(2));
+    let noticed: Vec<Noticed> = both.filter_map(|(control, both)| judge(control, &both[0], &both[1])).collect();
     let passed = noticed.len() == controls.len() && noticed.iter().all(|n| n.passed);
     let machine = machine();
     let text = json(&Answer { version: VERSION, machine: &machine, passed, controls: &noticed })?;

@@ -7,7 +7,6 @@ mod wanted;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::thread::available_parallelism;
 
 use clap::{Args, Subcommand};
 use serde::Serialize;
@@ -18,7 +17,7 @@ use crate::page;
 use crate::render::{Paint, json, print, printable, talk};
 use crate::study::case::{Case, Factor};
 use crate::study::catalogue::Entry;
-use crate::study::conduct::{Conditions, News, conduct};
+use crate::study::conduct::{Conditions, News, conduct, cores};
 use crate::study::result::CaseResult;
 use crate::study::text::human;
 use crate::study::{fingerprint, outcome::Class, recording, rows};
@@ -58,6 +57,8 @@ pub(crate) struct StudyArgs {
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=100))]
     runs: u8,
     #[command(flatten)]
+    pace: Pace,
+    #[command(flatten)]
     output: Output,
     #[command(subcommand)]
     suite: Option<Suite>,
@@ -72,6 +73,22 @@ enum Suite {
     NegativeControls(controls::ControlArgs),
     /// Takes each decision to leave something out the other way round: what it changes, and what it saves
     Ablation(ablation::AblationArgs),
+}
+
+/// How many runs are made at once.
+#[derive(Clone, Copy, Debug, Args)]
+struct Pace {
+    /// Runs side by side, each with its share of the cores: the first one of each; its time counts only where no
+    /// repetition has the machine to itself [default: 1; one for each core where no times are asked for]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    jobs: Option<u16>,
+}
+
+impl Pace {
+    /// Runs side by side; so many where the user does not say it.
+    fn jobs(self, usual: usize) -> usize {
+        self.jobs.map_or(usual, usize::from)
+    }
 }
 
 /// Where results go.
@@ -153,7 +170,7 @@ async fn of_cases(args: &StudyArgs, signals: &mut Signals) -> Result<Code, Error
     let (name, cases) = wanted::cases(args)?;
     let catalogue = wanted::catalogue(args, &cases)?;
     let out = args.output.folder(&name)?;
-    let conditions = conditions(&out, usize::from(args.runs))?;
+    let conditions = conditions(&out, usize::from(args.runs), args.pace.jobs(1))?;
     let Some(results) = conduct_all(&cases, conditions, args.output.quiet, signals).await? else {
         return Ok(Code::Interrupted);
     };
@@ -187,9 +204,9 @@ async fn of_cases(args: &StudyArgs, signals: &mut Signals) -> Result<Code, Error
 }
 
 /// How the runs of a study are made.
-fn conditions(out: &Path, runs: usize) -> Result<Conditions<'_>, Error> {
+fn conditions(out: &Path, runs: usize, jobs: usize) -> Result<Conditions<'_>, Error> {
     let program = fingerprint::of_this_program().map_err(|e| Error::io("read", Path::new("cosplat"), &e))?;
-    Ok(Conditions { out, runs, program })
+    Ok(Conditions { out, runs, program, jobs })
 }
 
 /// Carries out all cases; none where the user has stopped it.
@@ -199,16 +216,11 @@ async fn conduct_all(
     is_quiet: bool,
     signals: &mut Signals,
 ) -> Result<Option<Vec<CaseResult>>, Error> {
-    let mut results = Vec::new();
-    for case in cases {
-        let mut tell = |news| say(is_quiet, &case.name, news);
-        let Some(result) = conduct(case, conditions, signals, &mut tell).await? else {
-            talk("stopped: what has been run is kept, the same command goes on from there");
-            return Ok(None);
-        };
-        results.push(result);
+    let results = conduct(cases, conditions, signals, &mut |news| say(is_quiet, &news)).await?;
+    if results.is_none() {
+        talk("stopped: what has been run is kept, the same command goes on from there");
     }
-    Ok(Some(results))
+    Ok(results)
 }
 
 fn write(out: &Path, name: &str, text: &str) -> Result<(), Error> {
@@ -216,22 +228,23 @@ fn write(out: &Path, name: &str, text: &str) -> Result<(), Error> {
     fs::write(&path, text).map_err(|e| Error::io("write", &path, &e))
 }
 
-fn say(is_quiet: bool, case: &str, news: News) {
+fn say(is_quiet: bool, news: &News) {
     if is_quiet {
         return;
     }
     match news {
-        News::Begins(number, of, name) => talk(&format!("{case} {number}/{of}  {}", printable(&name))),
-        News::Ended(Class::Correct, false) => {}
-        News::Ended(class, cached) => talk(&format!("  {}{}", class.word(), if cached { ", kept" } else { "" })),
+        News::Begins(name) => talk(&printable(name)),
+        News::Ended(_, Class::Correct, false) => {}
+        News::Ended(name, class, cached) => {
+            talk(&format!("{}: {}{}", printable(name), class.word(), if *cached { ", kept" } else { "" }));
+        }
     }
 }
 
 /// Processor and cores, so that times can be read.
 fn machine() -> String {
-    let cores = available_parallelism().map_or(0, std::num::NonZero::get);
     let facts = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model =
         facts.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':').map(|(_, name)| name.trim()));
-    format!("{}, {cores} cores", printable(model.unwrap_or(std::env::consts::ARCH)))
+    format!("{}, {} cores", printable(model.unwrap_or(std::env::consts::ARCH)), cores())
 }

@@ -5,10 +5,11 @@ use std::fmt::Write as _;
 use clap::Args;
 use serde::Serialize;
 
-use super::{Output, VERSION, conditions, conduct_all, machine, wanted, write};
+use super::{Output, Pace, VERSION, conditions, conduct_all, machine, wanted, write};
 use crate::exit::{Code, Error};
 use crate::page;
 use crate::render::{Paint, json, printable, table};
+use crate::study::conduct::cores;
 use crate::study::result::CaseResult;
 use crate::study::stability::{Behaviour, Field, csv, map};
 use crate::study::suite;
@@ -32,6 +33,8 @@ pub(super) struct StabilityArgs {
     /// Only the cases with these names
     #[arg(long, value_name = "CASE,…", value_delimiter = ',')]
     only: Vec<String>,
+    #[command(flatten)]
+    pace: Pace,
     #[command(flatten)]
     pub(super) output: Output,
 }
@@ -58,7 +61,8 @@ struct Answer<'a> {
 pub(super) async fn stability(args: &StabilityArgs, signals: &mut Signals) -> Result<Code, Error> {
     let out = args.output.folder("stability")?;
     let cases = wanted::chosen(wanted::in_folder(&suite::unpack(&out)?.join(suite::STABILITY))?, &args.only)?;
-    let Some(results) = conduct_all(&cases, conditions(&out, 1)?, args.output.quiet, signals).await? else {
+    let conditions = conditions(&out, 1, args.pace.jobs(cores()))?;
+    let Some(results) = conduct_all(&cases, conditions, args.output.quiet, signals).await? else {
         return Ok(Code::Interrupted);
     };
     let fields: Vec<Field> = results.iter().flat_map(map).collect();

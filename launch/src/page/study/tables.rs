@@ -126,7 +126,7 @@ pub(super) fn runs(case: &CaseResult) -> Markup {
         cells.extend([
             html! { (maybe(row.error_coupling)) },
             html! { (maybe(row.error_solver)) },
-            html! { (maybe(cost.map(|c| c.wall_s))) },
+            html! { (maybe(cost.map(|c| c.wall_s))) @if cost.is_some_and(|c| c.beside_others) { " shared" } },
             html! { (cost.map_or_else(|| "–".into(), |c| format!("{:.0} %", 100.0 * c.wall_spread))) },
             html! { (maybe(cost.and_then(|c| c.core_s))) },
             html! { (maybe(cost.map(|c| c.sum(|p| p.wait_s)))) },
