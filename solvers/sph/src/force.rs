@@ -33,6 +33,8 @@ pub(crate) struct Sums {
     /// Gravity's and static walls' force and moment about the origin \[N, N m\].
     pub(crate) weight: Wrench,
     pub(crate) walls: Wrench,
+    /// Power of what drives particles against pressures \[W\].
+    pub(crate) driven: f64,
 }
 
 /// The larger one, or NaN.

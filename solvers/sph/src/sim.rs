@@ -259,6 +259,7 @@ impl Course<'_> {
             speed = largest(sum.speed, speed);
             most = largest(sum.acceleration, most);
             store.dissipated += dt * sum.lost;
+            books.supplied += dt * sum.driven;
             let force = sum.weight.plus(sum.walls);
             let impulse = Wrench { linear: scale(force.linear, dt), angular: scale(force.angular, dt) };
             books.external = books.external.plus(impulse);

@@ -234,6 +234,7 @@ impl Operator {
                 if held {
                     // What drives it bears what presses it.
                     sums.walls = sums.walls.minus(Wrench { linear: force, angular: cross(own.x, force) });
+                    sums.driven -= dot(force, own.v);
                 }
                 *gained = scale(force, self.rows[i].light / own.volume);
             }
