@@ -222,7 +222,7 @@ fn parse_override(text: &str) -> Result<String, String> {
 }
 
 /// A time that is longer than nothing.
-fn parse_seconds(text: &str) -> Result<f64, String> {
+pub(crate) fn parse_seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
         _ => Err("expected a positive number of seconds, as in `0.5`".into()),

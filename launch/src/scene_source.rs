@@ -25,6 +25,7 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("dam-break", include_str!("../scenes/dam-break.toml")),
     ("flag-in-wind", include_str!("../scenes/flag-in-wind.toml")),
     ("impacts", include_str!("../scenes/impacts.toml")),
+    ("mud-over", include_str!("../scenes/mud-over.toml")),
     ("mud-over-block", include_str!("../scenes/mud-over-block.toml")),
     ("mud-over-plant", include_str!("../scenes/mud-over-plant.toml")),
     ("mudslide", include_str!("../scenes/mudslide.toml")),

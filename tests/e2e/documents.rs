@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 /// Commands that cannot be typed here, and why.
-const NOT_TYPED: [(&str, &str); 4] = [
+const NOT_TYPED: [(&str, &str); 5] = [
     ("cosplat", "the default scene takes half a minute: `.ci/run` runs it"),
     ("cosplat run", "the same"),
     ("cosplat solver rigid-lite < ticket.json", "a ticket is good for the run that wrote it alone"),
+    ("cosplat study sheet impacts", "twelve impacts take minutes: `tests/e2e/study.rs` runs a row of them"),
     ("cosplat splat convert capture.sog capture.ply", "no `.sog` file is shipped: the tests of its reader convert one"),
 ];
 

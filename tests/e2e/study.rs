@@ -151,6 +151,46 @@ fn runs_that_cannot_be_made_are_results_and_mistakes_are_shown_at_once() {
 }
 
 #[test]
+fn a_sheet_has_a_picture_and_a_measured_impact_of_each_run() {
+    let place = tempfile::tempdir().expect("a scratch folder");
+    // The sheet of the program, cut to the softest body on a coarse lattice and to what the impact takes.
+    let cut = ["--set", "clock.duration=0.16", "--set", "body.target.spacing=0.02", "--out", "result"];
+    let rows = ["--rows", "body.target.material=lunch-bag", "--rows", "body.target.mesh.file=assets/lunch-bag.obj"];
+    let args = [&["sheet", "impacts"], cut.as_slice(), &rows, &["--quiet", "--format", "json"]].concat();
+    let answer = answer(&study(place.path(), &args), 0);
+    let runs = answer["runs"].as_array().expect("there are runs");
+    assert_eq!(runs.len(), 3, "one row of three strikers");
+    for run in runs {
+        let number = |key: &str| run["impact"][key].as_f64().unwrap_or(f64::NAN);
+        // From 2.5 m/s and a fall of up to 0.25 m; the bag is 0.24 m tall and throws back less than it got.
+        assert!((2.5..3.4).contains(&number("approach_m_s")), "{run}");
+        assert!((0.002..0.24).contains(&number("dent_m")) && (0.0..1.0).contains(&number("rebound")), "{run}");
+        assert!(run["substeps"].as_u64() > Some(100) && run["core_s"].as_f64() > Some(0.0), "{run}");
+    }
+    let file = |name: &str| fs::read(place.path().join("result").join(name)).expect("the sheet has its files");
+    // Width and height of a PNG stand at bytes 16 and 20: three tiles of 320 pixels.
+    assert_eq!(file("sheet.png")[16..20], 960_u32.to_be_bytes());
+    assert_eq!(String::from_utf8_lossy(&file("sheet.csv")).lines().count(), 4);
+    assert_eq!(String::from_utf8_lossy(&file("sheet.html")).matches("data:image/png").count(), 3);
+}
+
+#[test]
+fn a_sheet_that_makes_no_sense_is_refused_at_once() {
+    let place = tempfile::tempdir().expect("a scratch folder");
+    let cases: [(&[&str], i32, &str); 4] = [
+        (&["sheet", "oscillator"], 2, "--rows"),
+        (&["sheet", "oscillator", "--rows", "clock.window=1,2", "--rows", "clock.fps=1"], 2, "`clock.fps` has 1"),
+        (&["sheet", "oscillator", "--rows", "clock.windw=0.02,0.01"], 3, "did you mean `window`?"),
+        (&["sheet", "none.sheet.toml"], 3, "NAME.sheet.toml"),
+    ];
+    for (args, code, says) in cases {
+        let output = study(place.path(), args);
+        let talk = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(code) && talk.contains(says), "{args:?}: {talk}");
+    }
+}
+
+#[test]
 fn ctrl_c_ends_a_study_and_its_run() {
     let place = tempfile::tempdir().expect("a scratch folder");
     let token = format!("study-{}", std::process::id());

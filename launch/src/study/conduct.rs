@@ -15,14 +15,11 @@ use crate::render::Paint;
 use crate::scene_source::{self, Source};
 use crate::supervise::signals::Signals;
 
+/// Pictures, which only sheets need.
+const PICTURES: &str = "output.pictures=false";
 /// What a study does without: it measures solvers and coupling, not files and pictures.
-const WITHOUT: [&str; 5] = [
-    "output.trace=false",
-    "output.report=false",
-    "output.pictures=false",
-    "output.splats=false",
-    "output.recording=false",
-];
+const WITHOUT: [&str; 5] =
+    ["output.trace=false", "output.report=false", PICTURES, "output.splats=false", "output.recording=false"];
 /// Longest part of a folder's name that says what was varied.
 const LONGEST: usize = 60;
 
@@ -37,6 +34,8 @@ pub(crate) struct Conditions<'a> {
     pub(crate) program: u128,
     /// Runs that are made side by side.
     pub(crate) jobs: usize,
+    /// Whether pictures are drawn.
+    pub(crate) pictures: bool,
 }
 
 /// What is going on.
@@ -122,7 +121,8 @@ fn fixed(set: &[(String, Level)]) -> impl Iterator<Item = String> {
 }
 
 fn wanted(case: &Case, source: &Source, settings: &Settings, conditions: Conditions<'_>, name: String) -> Wanted {
-    let mut overrides: Vec<String> = WITHOUT.map(str::to_owned).to_vec();
+    let without = WITHOUT.iter().filter(|what| !(conditions.pictures && **what == PICTURES));
+    let mut overrides: Vec<String> = without.map(|&what| what.to_owned()).collect();
     overrides.extend(fixed(&case.set).chain(settings.overrides()));
     let hash = match scene_source::parse(source, &overrides, Paint::stderr()) {
         Ok((scene, _)) => fingerprint::of_run(conditions.program, source, &scene, &overrides),

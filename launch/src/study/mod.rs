@@ -25,6 +25,7 @@ pub(crate) mod recording;
 pub(crate) mod result;
 pub(crate) mod rows;
 mod section;
+pub(crate) mod sheet;
 pub(crate) mod stability;
 pub(crate) mod suite;
 mod table;

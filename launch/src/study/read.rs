@@ -91,7 +91,7 @@ pub(super) fn set(item: &Item<'_>) -> Vec<(String, Level)> {
 }
 
 /// The scene as `cosplat run` takes it.
-fn scene(item: &Item<'_>, folder: &Path) -> Option<String> {
+pub(super) fn scene(item: &Item<'_>, folder: &Path) -> Option<String> {
     let wanted = item.text()?;
     if built_in_names().any(|name| name == wanted) {
         return Some(wanted.to_owned());

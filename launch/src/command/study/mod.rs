@@ -2,6 +2,7 @@
 
 mod ablation;
 mod controls;
+mod sheet;
 mod stability;
 mod wanted;
 
@@ -73,6 +74,8 @@ enum Suite {
     NegativeControls(controls::ControlArgs),
     /// Takes each decision to leave something out the other way round: what it changes, and what it saves
     Ablation(ablation::AblationArgs),
+    /// Runs a scene with one value a row and another a column: a sheet of pictures, and a table of what they measure
+    Sheet(sheet::SheetArgs),
 }
 
 /// How many runs are made at once.
@@ -131,6 +134,7 @@ impl StudyArgs {
             Some(Suite::Stability(args)) => args.output.format,
             Some(Suite::NegativeControls(args)) => args.output.format,
             Some(Suite::Ablation(args)) => args.output.format,
+            Some(Suite::Sheet(args)) => args.output.format,
         }
     }
 }
@@ -163,6 +167,7 @@ pub(crate) async fn study(args: &StudyArgs, signals: &mut Signals) -> Result<Cod
         Some(Suite::Stability(args)) => stability::stability(args, signals).await,
         Some(Suite::NegativeControls(args)) => controls::controls(args, signals).await,
         Some(Suite::Ablation(args)) => ablation::ablation(args, signals).await,
+        Some(Suite::Sheet(args)) => sheet::sheet(args, signals).await,
     }
 }
 
@@ -206,7 +211,7 @@ async fn of_cases(args: &StudyArgs, signals: &mut Signals) -> Result<Code, Error
 /// How the runs of a study are made.
 fn conditions(out: &Path, runs: usize, jobs: usize) -> Result<Conditions<'_>, Error> {
     let program = fingerprint::of_this_program().map_err(|e| Error::io("read", Path::new("cosplat"), &e))?;
-    Ok(Conditions { out, runs, program, jobs })
+    Ok(Conditions { out, runs, program, jobs, pictures: false })
 }
 
 /// Carries out all cases; none where the user has stopped it.

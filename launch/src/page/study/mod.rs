@@ -1,6 +1,7 @@
 //! `study.html`: what results are worth, and what they take. One file without scripts.
 
 pub(crate) mod plots;
+mod sheet;
 mod suites;
 mod tables;
 
@@ -14,6 +15,7 @@ use super::tables::table;
 use crate::study::catalogue::Entry;
 use crate::study::result::{CaseResult, Row};
 use plots::diagrams;
+pub(crate) use sheet::sheet;
 pub(crate) use suites::{ablation, controls, stability};
 use tables::{cheapest, fits, gates, quantities, runs};
 

@@ -92,7 +92,8 @@ pub(crate) fn ablation(page: &Page<'_>, scene: &str, found: &[Worth]) -> String 
     whole(page, &format!("What {scene} does without"), lead, &body)
 }
 
-fn whole(page: &Page<'_>, title: &str, lead: &str, body: &Markup) -> String {
+/// A page with a title, one sentence about all of it, and how it was made.
+pub(super) fn whole(page: &Page<'_>, title: &str, lead: &str, body: &Markup) -> String {
     let body = html! {
         header { h1 { (title) } p.lead { (lead) } p { (page.machine) ", cosplat " (page.version) } }
         main {
