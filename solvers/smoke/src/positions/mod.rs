@@ -9,7 +9,8 @@
 //! 4. positions move by `h v`.
 //!
 //! **Books.** Corrections of positions are impulses `m Δx/h` where the substep began, along the lines between those
-//! places, and viscosity acts along the same lines: five times the published share, so that a shear decays as fast.
+//! places, and viscosity acts along the same lines: five times the published share, so that a shear decays as fast
+//! where neighbours are on all sides alike (on the lattice at the start half as fast).
 //! Linear and angular momentum therefore close to rounding, which the published form does not do.
 //!
 //! **Contact** is inelastic and does not rub: samples and rigid partners take their part with their own mass, by

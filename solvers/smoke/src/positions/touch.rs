@@ -112,11 +112,13 @@ impl Walls {
     }
 
     /// What walls add to the density of particle `i`, which moves on by `dt v`, and the gradient of that \[1/m\]. What is
-    /// behind one wall is behind another as often as if they did not know of each other.
+    /// behind one wall is behind another as often as if they did not know of each other; a wall does not press what is
+    /// inside it.
     #[inline]
     pub(crate) fn behind(&self, kernel: &Kernel, i: usize, v: Vec3, dt: f64) -> (f64, Vec3) {
         let (mut free, mut gradient) = (1.0, [0.0; 3]);
-        for touch in &self.touches[self.first[i] as usize..self.first[i + 1] as usize] {
+        let own = &self.touches[self.first[i] as usize..self.first[i + 1] as usize];
+        for touch in own.iter().filter(|t| t.distance >= 0.0) {
             let then = touch.distance + dt * (dot(touch.normal, v) - touch.speed);
             free *= 1.0 - kernel.covered(then);
             gradient = add(gradient, scale(touch.normal, touch.alone * kernel.behind(then).1));
@@ -140,8 +142,10 @@ impl Walls {
             let solid = &mut self.solids[touch.solid as usize];
             let closing = |v: Vec3, solid: &Solid| dot(touch.normal, v) - dot(touch.normal, solid.velocity(x[i]));
             let then = touch.distance + dt * closing(v[i], solid);
-            let pressed = mass * part() * multipliers[i] * touch.alone * kernel.behind(then).1 / dt;
-            give(solid, touch.normal, pressed, mass, x[i], &mut v[i], given);
+            if touch.distance >= 0.0 {
+                let pressed = mass * part() * multipliers[i] * touch.alone * kernel.behind(then).1 / dt;
+                give(solid, touch.normal, pressed, mass, x[i], &mut v[i], given);
+            }
             let short = -(touch.distance - apart).max(0.0) / dt - closing(v[i], solid);
             if short > 0.0 {
                 let yields = match solid {
