@@ -162,3 +162,16 @@ fn a_cloud_alone_keeps_its_motion() {
     // On a lattice at its density of rest nothing pushes: to roundings of three hundred substeps.
     assert!((end / begin - 1.0).abs() < 1e-12, "{begin} {end}");
 }
+
+#[test]
+fn what_begins_crowded_is_not_thrown_apart() {
+    let params = json!({ "method": "positions", "surface_drag": 0 });
+    let mut body = ball(1.0, 0.1, [0.0; 3], 0.03);
+    let at = |i: i32| 0.02 * f64::from(i) + 0.003 * f64::from(i * i % 7);
+    let all = (0..6).flat_map(|i| (0..6).flat_map(move |j| (0..6).map(move |k| [at(i), at(j + k), at(k)])));
+    body.source = Source::Points { positions_m: all.collect() };
+    let mut run = Run::new(scene(body, Vec::new(), 0.01, &params));
+    let moved = (0..10).map(|_| run.step().report.bodies[0].max_displacement_m).last().expect("ten windows");
+    // Roundings of a hundred substeps.
+    assert!(moved < 1e-13, "{moved:e}");
+}

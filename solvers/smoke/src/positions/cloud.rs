@@ -35,6 +35,8 @@ pub(crate) struct Fixed {
     /// Share of the differences to neighbours that viscosity takes in a substep of the seed.
     pub(crate) viscosity: f64,
     pub(crate) start: Vec<Vec3>,
+    /// Density that each particle may have, over that at rest: what it begins with, where that is more.
+    pub(crate) rest: Vec<f64>,
     /// Static colliders and closed sides.
     pub(crate) walls: Vec<Solid>,
     pub(crate) partners: Vec<Face>,

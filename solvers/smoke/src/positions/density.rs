@@ -31,8 +31,9 @@ impl Pass<'_> {
         });
     }
 
-    /// Multipliers of the constraints \[m²\], none of them positive.
-    pub(crate) fn multipliers(&self, x: &[Vec3], v: &[Vec3], dt: f64, out: &mut Vec<f64>) {
+    /// Multipliers of the constraints \[m²\], none of them positive; `rest` is the density that each particle may have,
+    /// over that at rest.
+    pub(crate) fn multipliers(&self, x: &[Vec3], v: &[Vec3], rest: &[f64], dt: f64, out: &mut Vec<f64>) {
         out.resize(x.len(), 0.0);
         let soft = SOFT * self.kernel.stiffness;
         self.pairs.each(out, self.parallel, &|i, pairs| {
@@ -45,7 +46,7 @@ impl Pass<'_> {
                 own = add(own, scale(pair.away, slope));
                 others += slope * slope;
             }
-            -(density - 1.0).max(0.0) / (dot(own, own) + others + soft)
+            -(density - rest[i]).max(0.0) / (dot(own, own) + others + soft)
         });
     }
 

@@ -5,7 +5,7 @@
 //! 1. gravity less lift, `g (1 - ρ_air/ρ)`, and what the air around does to the surface, `k (u_air - v)(1 - ρ_i/ρ_0)`;
 //! 2. viscosity, a share of the differences to neighbours (`viscosity`, 0.1 in the seed);
 //! 3. `density_iterations` times: multipliers of all constraints `ρ_i ≤ ρ_0`, a Jacobi correction by them (`density`),
-//!    then contact with solids and samples (`touch`, `sampled`);
+//!    then contact with solids and samples (`touch`, `sampled`); what begins denser than `ρ_0` may stay so;
 //! 4. positions move by `h v`.
 //!
 //! **Books.** Corrections of positions are impulses `m Δx/h` where the substep began, along the lines between those

@@ -7,8 +7,10 @@ use cosplat_core::plugin::{PluginError, Refusals, SolverScene};
 use cosplat_core::scene::Body;
 
 use super::cloud::{Cloud, Fixed};
+use super::density::Pass;
 use super::kernel::Kernel;
-use super::touch::Solid;
+use super::near::Pairs;
+use super::touch::{Solid, Walls};
 use crate::fill::fill;
 use crate::params::Params;
 use crate::read::{Asked, gas, gravity, partners, statics, winds};
@@ -43,17 +45,19 @@ pub(crate) fn read(
     let start: Vec<Vec3> = points.iter().map(|&x| body.pose.apply(x)).collect();
     let centre = scale(start.iter().fold([0.0; 3], |sum, &x| add(sum, x)), 1.0 / start.len().max(1) as f64);
     let v = start.iter().map(|&x| body.velocity.at(x, centre)).collect();
+    let (kernel, walls) = (Kernel::new(spacing), walls(scene, body, &params, spacing, &mut refusals));
     let fixed = Fixed {
         name: body.name.clone(),
         params,
-        kernel: Kernel::new(spacing),
+        kernel,
         spacing,
         mass: warm * volume,
         volume,
         heavier: 1.0 - params.air / warm,
         viscosity,
+        rest: begun(&kernel, &start, walls.clone()),
         start: start.clone(),
-        walls: walls(scene, body, &params, spacing, &mut refusals),
+        walls,
         partners: partners(scene, &mut refusals, spacing),
         gravity: gravity(scene),
         wind: winds(scene),
@@ -69,6 +73,17 @@ pub(crate) fn read(
         saved: "a grid".to_owned(),
     };
     Ok((Cloud { fixed, x: start, v, beads: Vec::new(), pool: None }, vec![left_out]))
+}
+
+/// Densities over that at rest of particles at the start, at least one. Particles of a capture are no lattice: what is
+/// crowded there would be thrown apart by the first substep.
+fn begun(kernel: &Kernel, start: &[Vec3], solids: Vec<Solid>) -> Vec<f64> {
+    let mut walls = Walls::new(solids);
+    walls.find(kernel, start, false);
+    let pairs = Pairs::new(start, kernel.reach, false);
+    let (pass, mut densities) = (Pass { kernel, pairs: &pairs, walls: &walls, parallel: false }, Vec::new());
+    pass.densities(start, &vec![[0.0; 3]; start.len()], 0.0, &mut densities);
+    densities.into_iter().map(|d| d.max(1.0)).collect()
 }
 
 /// Static colliders, and the closed sides of a domain that is given.

@@ -35,7 +35,7 @@ pub(crate) struct Books {
     pub(crate) crossed: Vec<Crossed>,
     pub(crate) substeps: u64,
     pub(crate) bound: String,
-    /// Root of the mean square, and largest, of `ρ/ρ_0 - 1` where it is positive.
+    /// Root of the mean square, and largest, of the density over what it may be, less one, where it is positive.
     pub(crate) crowded: [f64; 2],
     /// Most particles inside solids.
     pub(crate) swallowed: usize,
@@ -145,7 +145,7 @@ impl Course<'_> {
         for _ in 0..fixed.params.sweeps {
             then.iter_mut().zip(&*x).zip(&*v).for_each(|((then, x), v)| *then = add(*x, scale(*v, dt)));
             let pass = Pass { kernel, pairs: &pairs, walls, parallel };
-            pass.multipliers(&then, v, dt, &mut multipliers);
+            pass.multipliers(&then, v, &fixed.rest, dt, &mut multipliers);
             pass.corrections(&then, &multipliers, dt, &mut change);
             v.iter_mut().zip(&change).for_each(|(v, change)| *v = add(*v, *change));
             let mut given = Given { external: &mut books.external, crossed: &mut books.crossed };
@@ -157,7 +157,7 @@ impl Course<'_> {
         then.iter_mut().zip(&*x).zip(&*v).for_each(|((then, x), v)| *then = add(*x, scale(*v, dt)));
         let pass = Pass { kernel, pairs: &pairs, walls, parallel };
         pass.densities(&then, v, dt, &mut densities);
-        let over = || densities.iter().map(|d| (d - 1.0).max(0.0));
+        let over = || densities.iter().zip(&fixed.rest).map(|(d, rest)| (d / rest - 1.0).max(0.0));
         let mean = over().map(|e| e * e).sum::<f64>() / densities.len().max(1) as f64;
         books.crowded = [mean.sqrt(), over().fold(0.0, f64::max)];
         books.swallowed = books.swallowed.max(walls.swallowed());
