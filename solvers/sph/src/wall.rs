@@ -4,10 +4,10 @@
 //! wall's own acceleration, which would make the motion of a light body depend on its own last acceleration. A liquid
 //! never pulls at a wall. Their mirrored velocity, `v_w - (⟨v⟩ - v_w)`, is taken times depth over the mean height of what was
 //! averaged, so that a flow that is linear in the height has no speed at the surface (as Morris, Fox and Zhu 1997, §3.4, do
-//! pair by pair). Along a static wall that slips they have the mean velocity itself: liquid beside it would else lack the
-//! pairs beyond the wall, and shear more easily.
+//! pair by pair). At a static wall that slips they have the mean velocity along it, and that towards it mirrored: liquid
+//! beside it would else lack the pairs beyond the wall, and shear more easily.
 
-use cosplat_core::boundary::{Vec3, cross, norm, scale, sub};
+use cosplat_core::boundary::{Vec3, cross, dot, norm, scale, sub};
 use wide::f64x4;
 
 use crate::force::drag;
@@ -213,10 +213,16 @@ impl Walls {
                 let sum = sum.reduce_add();
                 let one = if sum > 0.0 { 1.0 / sum } else { 0.0 };
                 // Beside a flat surface the mean way to the liquid is along its normal.
-                let height = (norm(gather(way)) * one - piece.depth).max(LOWEST * model.spacing);
+                let way = gather(way);
+                let height = (norm(way) * one - piece.depth).max(LOWEST * model.spacing);
                 let times = (piece.depth / height).min(STEEPEST);
                 let mean = scale(gather(velocity), one);
-                let v = if face.slips { mean } else { sub(scale(piece.v, 1.0 + times), scale(mean, times)) };
+                let v = if face.slips {
+                    let along = dot(mean, way) / dot(way, way).max(f64::MIN_POSITIVE);
+                    sub(mean, scale(way, along * (1.0 + times)))
+                } else {
+                    sub(scale(piece.v, 1.0 + times), scale(mean, times))
+                };
                 grip[k] = if face.slips { 0.0 } else { (1.0 + times) * model.liquids[face.body].thickness };
                 *seen = Pack { v, pressure: (pressure.reduce_add() * one).max(0.0), ..own };
             }
