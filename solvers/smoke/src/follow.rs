@@ -4,6 +4,10 @@
 //! wind. The box follows at the start of a window, once it lacks a block or has two too many, and what comes into view
 //! or leaves it is booked as external. What is neglected is the flow outside, less than `still` of the largest speed;
 //! for a puff it falls as the third power of the distance, for a jet or a plume as the first.
+//!
+//! Blocks inside the box are all computed. In `smoke-past-plant` 21 to 28 % of the domain's blocks move less than a
+//! hundredth of the largest speed beside the wind, and 8 to 17 % where a margin of a block is kept: leaving those out
+//! would save less than the lists of blocks cost.
 
 use cosplat_core::boundary::{BoundaryState, Vec3, Wrench, add, sub};
 use cosplat_core::plugin::{Inputs, StateError, StateReader, StateSink};
