@@ -11,6 +11,8 @@ mod conformance;
 #[cfg(test)]
 mod contact;
 #[cfg(test)]
+mod energy;
+#[cfg(test)]
 mod incompressible;
 #[cfg(test)]
 mod liquid;
@@ -32,5 +34,7 @@ mod slope;
 mod snow;
 #[cfg(test)]
 mod solid;
+#[cfg(test)]
+mod stiff;
 #[cfg(test)]
 mod terrain;
