@@ -2,7 +2,7 @@
 //!
 //! Three estimates of how far a body deforms are compared with a quarter of its grid spacing: sagging under its own
 //! weight, the elastic and the plastic dent of the striker that dents it most. `run.rigidify = false` keeps all of them
-//! deformable.
+//! deformable. Sand, snow, liquids and viscoplastic bodies flow, however stiff they are: they stay as they are.
 
 use std::f64::consts::PI;
 

@@ -24,6 +24,7 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("dam-and-raft", include_str!("../scenes/dam-and-raft.toml")),
     ("dam-break", include_str!("../scenes/dam-break.toml")),
     ("flag-in-wind", include_str!("../scenes/flag-in-wind.toml")),
+    ("foam", include_str!("../scenes/foam.toml")),
     ("fountain", include_str!("../scenes/fountain.toml")),
     ("impacts", include_str!("../scenes/impacts.toml")),
     ("mud-over", include_str!("../scenes/mud-over.toml")),
