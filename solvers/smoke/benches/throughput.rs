@@ -30,8 +30,8 @@ use serde_json::json;
 
 /// Particle-iterations a second of density constraints, in a box filled with a heavy gas.
 ///
-/// Arithmetic: 26 pairs, a root, a division and 30 operations each, twice: 26 x 2 x 15 ns = 0.8 μs at one lane of double
-/// precision. Beside the 8 iterations a substep makes its lists and two densities: 1.2 M/s on one core.
+/// Arithmetic: 26 pairs, a root, a division and 30 operations each, twice: 26 x 2 x 15 ns = 0.8 μs at one lane of
+/// double precision. Beside the 8 iterations a substep makes its lists and two densities: 1 M/s on one core.
 fn constraints(threads: usize) {
     let params = json!({
         "method": "positions", "low": [0, 0, 0], "high": [0.5, 0.5, 1], "open": ["+z"], "air_density": 1e-9

@@ -37,8 +37,8 @@
 //! Every loop over cells has a result that does not depend on its order, and every sum has a fixed one, so that the
 //! bytes do not depend on the number of threads.
 //!
-//! **Turbulence** is what the cells carry; there is no model for what they do not. A thermal whose viscosity they resolve
-//! rises with the power 0.49 of time (similarity: a half). A starting plume from a source of three cells' radius stays
+//! **Turbulence** is what the cells carry; there is no model for what they do not. A thermal whose viscosity they
+//! resolve rises with the power 0.49 of time (similarity: a half). A starting plume from a source of three cells' radius stays
 //! laminar and speeds up for twenty radii. Where something stirs its source it rose with the power 0.75 from 5 to 20
 //! radii in one run (turbulent similarity: three quarters), and with 0.8 to 1.1 up to 13 radii in three others: too few
 //! radii to tell.

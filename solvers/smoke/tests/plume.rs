@@ -57,9 +57,9 @@ fn quarter() -> Body {
 
 #[test]
 fn a_thermal_rises_with_the_power_a_half() {
-    // Buoyancy F = g' V is kept and so is the viscosity, so that √F/ν, here 100, is a number: a cloud that has forgotten
-    // its first radius can only rise as F^(1/4) t^(1/2) and spread in proportion, laminar or not. Without that viscosity
-    // a ring of vorticity on so few cells stays laminar and hardly spreads, and the power is 0.8.
+    // Buoyancy F = g' V is kept and so is the viscosity, so that √F/ν, here 105, is a number: a cloud that has
+    // forgotten its first radius can only rise as F^(1/4) t^(1/2) and spread in proportion, laminar or not. Without
+    // that viscosity a ring of vorticity on so few cells stays laminar and hardly spreads, and the power is 0.8.
     let params = json!({
         "low": [0, 0, 0], "high": [0.64, 0.64, 1.12], "cell": CELL, "open": ["+x", "+y", "+z"], "temperature": 330,
         "kinematic_viscosity": 3e-4

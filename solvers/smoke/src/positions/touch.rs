@@ -111,9 +111,10 @@ impl Walls {
         }
     }
 
-    /// What walls add to the density of particle `i`, which moves on by `dt v`, and the gradient of that \[1/m\]. What is
-    /// behind one wall is behind another as often as if they did not know of each other; a wall does not press what is
-    /// inside it.
+    /// What walls add to the density of particle `i`, which moves on by `dt v`, and the gradient of that \[1/m\].
+    ///
+    /// What is behind one wall is behind another as often as if they did not know of each other. A wall does not press
+    /// what is inside it.
     #[inline]
     pub(crate) fn behind(&self, kernel: &Kernel, i: usize, v: Vec3, dt: f64) -> (f64, Vec3) {
         let (mut free, mut gradient) = (1.0, [0.0; 3]);
