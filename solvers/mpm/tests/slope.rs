@@ -61,7 +61,7 @@ fn slides(lean_deg: f64, from: usize, windows: usize) -> Vec<f64> {
 }
 
 #[test]
-#[ignore = "a layer 5 cm deep with free ends creeps by 2.8 mm in 0.6 s, where an infinite slope stays"]
+#[ignore = "a layer 5 cm deep creeps by 2.8 mm in 0.6 s, also when twice as long or loaded slowly"]
 fn a_layer_stays_below_the_friction_angle() {
     let way = slides(20.0, 40, 100);
     let creep = way[way.len() - 1] - way[0];
