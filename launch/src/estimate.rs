@@ -54,6 +54,7 @@ pub(crate) fn estimates(summary: &Summary) -> Vec<Estimate> {
     let moved = moved_j(summary);
     let mut found: Vec<Estimate> = summary.interfaces.iter().filter_map(|i| work(i, moved)).collect();
     found.extend(summary.interfaces.iter().filter_map(impulse));
+    found.extend(summary.interfaces.iter().filter_map(|i| link_place(i, summary)));
     found.extend(rise(summary, moved));
     for process in &summary.processes {
         let Some(counters) = summary.counters.get(&process.name) else { continue };
@@ -176,6 +177,25 @@ fn impulse(interface: &Interface) -> Option<Estimate> {
     Some(estimate("impulse of the link", &name(interface), [value, IMPULSE], meaning, remedy))
 }
 
+/// How far a body on a link was beside where the other side took it to be, against how far the two moved.
+fn link_place(interface: &Interface, summary: &Summary) -> Option<Estimate> {
+    let own = summary.bodies.iter().filter(|b| [&interface.a, &interface.b].contains(&&b.name));
+    let moved = own.map(|body| body.max_displacement_m).fold(0.0, f64::max);
+    let value = interface.foreseen_m;
+    let meaning = format!(
+        "a side of the link took the other to be up to {value:.2e} m from where it was by the end of a window, {} of how \
+         far they moved",
+        percent(value / moved)
+    );
+    let remedy = "halve `clock.window`: this halves it, for twice the exchanges; in the result it shows to first order \
+                  (serial, parallel) or to second (alternating, centred); `clock.motion_rule = \"linear\"` foresees a \
+                  straight way";
+    let is_link = interface.kind == "link" && value > 0.0 && moved > 0.0;
+    is_link.then(|| {
+        estimate("foreseen place of the link [m]", &name(interface), [value, IMPULSE * moved], meaning, remedy)
+    })
+}
+
 fn name(interface: &Interface) -> String {
     format!("{}~{}", interface.a, interface.b)
 }
@@ -247,7 +267,7 @@ fn aside(of: &str, value: f64) -> Option<Estimate> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::folder::summary::{Energy, Process};
+    use crate::folder::summary::{Body, Energy, Process};
 
     fn summary() -> Summary {
         let text = r#"{"status":"ok","exit_code":0,"failure":null,"scene":"x","windows":3,"window_s":0.1,
@@ -307,6 +327,24 @@ mod tests {
         let found = seen(60.0 * spacing);
         assert!(found[0].is_high && (found[0].value - 0.6 * spacing).abs() < 1e-12, "{found:?}");
         assert!(!seen(40.0 * spacing)[0].is_high);
+    }
+
+    #[test]
+    fn a_link_that_is_foreseen_badly_is_told_in_metres() {
+        let mut summary = summary();
+        let body = |name: &str| Body { name: name.into(), max_displacement_m: 2.0, ..Body::default() };
+        summary.bodies = vec![body("a"), body("b")];
+        let link = |foreseen_m| Interface {
+            a: "a".into(),
+            b: "b".into(),
+            kind: "link".into(),
+            foreseen_m,
+            ..Interface::default()
+        };
+        let high = |foreseen_m| link_place(&link(foreseen_m), &summary).map(|found| found.is_high);
+        // A twentieth of two metres.
+        assert_eq!([0.0, 0.09, 0.11].map(high), [None, Some(false), Some(true)]);
+        assert_eq!(link_place(&Interface { kind: "contact".into(), ..link(1.0) }, &summary), None);
     }
 
     #[test]

@@ -61,6 +61,22 @@ fn gates_notice_what_is_broken_on_purpose() {
     }
 }
 
+/// Cases that take a second or less; the others are run by `cosplat study tests/verification`.
+const QUICK: [&str; 6] = ["ballistic", "free-flight", "ladder", "pendulum", "spinning-disc", "tumbling-top"];
+
+#[test]
+fn quick_cases_hold_their_gates() {
+    let place = tempfile::tempdir().expect("a scratch folder");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/verification");
+    for name in QUICK {
+        let case = folder.join(format!("{name}.study.toml"));
+        let case = case.to_str().expect("the folder's name is text");
+        let found = answer(&study(place.path(), &[case, "--runs", "1"]), 0);
+        let gates = found["cases"][0]["gates"].as_array().expect("there are gates");
+        assert!(!gates.is_empty() && gates.iter().all(|gate| gate["passed"] == true), "{name}: {gates:?}");
+    }
+}
+
 #[test]
 fn what_has_no_effect_leaves_the_same_bytes() {
     let place = tempfile::tempdir().expect("a scratch folder");

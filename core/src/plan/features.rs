@@ -36,13 +36,14 @@ fn quantity_name(quantity: ProbeQuantity) -> &'static str {
         ProbeQuantity::Force => "force",
         ProbeQuantity::VolumeFraction => "volume-fraction",
         ProbeQuantity::Strain => "strain",
+        ProbeQuantity::Reach => "reach",
     }
 }
 
-/// Whether a probe can be answered from the state of a body, without the solver.
+/// Whether a probe can be answered from what every solver reports: the state of a body, and what crosses its interfaces.
 pub fn is_body_probe(quantity: ProbeQuantity) -> bool {
-    use ProbeQuantity::{Momentum, Orientation, Position, Velocity};
-    matches!(quantity, Position | Orientation | Velocity | Momentum)
+    use ProbeQuantity::{Force, Momentum, Orientation, Position, Velocity};
+    matches!(quantity, Position | Orientation | Velocity | Momentum | Force)
 }
 
 /// Refuses by name whatever the plugin does not list.

@@ -164,7 +164,13 @@ mod tests {
         let kind = ActionKind::Gravity { acceleration_m_s2: [0.0, 0.0, -1.0] };
         scene.actions.push(Action { kind, bodies: Vec::new(), from_s: 0.0, until_s: None });
         let quantity = ProbeQuantity::Strain;
-        scene.probes.push(Probe { name: "stretch".into(), quantity, body: Some("cloud".into()), at_m: None });
+        scene.probes.push(Probe {
+            name: "stretch".into(),
+            quantity,
+            body: Some("cloud".into()),
+            at_m: None,
+            along: None,
+        });
         scene.params.insert("iterations".into(), 4.into());
         scene.interfaces[0].role = ViewRole::LinkSide;
         scene.interfaces[1].partner_form = BoundaryForm::Proxy;

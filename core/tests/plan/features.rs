@@ -50,10 +50,10 @@ fn everything_a_plugin_lacks_is_refused_at_once_and_by_name() {
     let action = |kind| Action { kind, bodies: Vec::new(), from_s: 0.0, until_s: None };
     scene.actions = vec![
         action(ActionKind::Gravity { acceleration_m_s2: [0.0, 0.0, -9.81] }),
-        action(ActionKind::Impulse { impulse_n_s: [1.0, 0.0, 0.0], at_m: None }),
+        action(ActionKind::Impulse { impulse_n_s: [1.0, 0.0, 0.0], at_m: None, along: None }),
     ];
     scene.probes = vec![
-        probe("push", ProbeQuantity::Force, Some("thing")),
+        probe("push", ProbeQuantity::Strain, Some("thing")),
         probe("place", ProbeQuantity::Position, Some("thing")),
         probe("depth", ProbeQuantity::Pressure, None),
     ];
@@ -75,7 +75,7 @@ fn everything_a_plugin_lacks_is_refused_at_once_and_by_name() {
         ("link `spring`", "links inside the solver"),
         ("action `gravity`", "action `gravity`"),
         ("action `impulse`", "action `impulse`"),
-        ("probe `push`", "probe `force`"),
+        ("probe `push`", "probe `strain`"),
         ("probe `depth`", "no plugin of this scene measures `pressure`"),
     ];
     assert_eq!(found.len(), lacks.len(), "{found:#?}");
@@ -89,7 +89,13 @@ fn everything_a_plugin_lacks_is_refused_at_once_and_by_name() {
 }
 
 fn probe(name: &str, quantity: ProbeQuantity, body: Option<&str>) -> Probe {
-    Probe { name: name.to_owned(), quantity, body: body.map(str::to_owned), at_m: body.is_none().then_some([0.0; 3]) }
+    Probe {
+        name: name.to_owned(),
+        quantity,
+        body: body.map(str::to_owned),
+        at_m: body.is_none().then_some([0.0; 3]),
+        along: None,
+    }
 }
 
 #[test]

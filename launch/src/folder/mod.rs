@@ -7,6 +7,7 @@ pub(crate) mod checkpoints;
 pub(crate) mod curves;
 #[cfg(test)]
 pub(crate) mod fixtures;
+mod foreseen;
 pub(crate) mod ledger;
 pub(crate) mod probes;
 pub(crate) mod record;

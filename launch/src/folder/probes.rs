@@ -1,15 +1,16 @@
 //! `probes.csv`: what the scene asked to be measured, one row per window, the state at t = 0 first.
 //!
 //! Columns are `<probe>.x`, `<probe>.y`, `<probe>.z` (and `.w` for orientations), or `<probe>.value` for a number. Values
-//! come from the body states, and the answers to probes at points, that each solver reports with a finished window.
+//! come from the body states, the impulses, and the answers to probes, that each solver reports with a finished window.
 
 use std::fs::{self, File};
 use std::io;
 use std::path::Path;
 
+use cosplat_core::boundary::{add, scale};
 use cosplat_core::control::Done;
 use cosplat_core::ledger::WindowRecord;
-use cosplat_core::plan::{LeftOut, Plan};
+use cosplat_core::plan::{Interface, InterfaceId, LeftOut, Plan};
 use cosplat_core::plugin::{BodyState, Report};
 use cosplat_core::scene::{Probe, ProbeQuantity};
 
@@ -20,8 +21,10 @@ use super::ledger::{number, reopen_table};
 enum Source {
     /// In the state of a body.
     Body { quantity: ProbeQuantity, participant: usize, body: usize },
+    /// In what a body received through its interfaces.
+    Force { participant: usize, interfaces: Vec<InterfaceId>, window_s: f64 },
     /// In the answer of the first of so many participants that has one.
-    Point { name: String, participants: usize },
+    Answer { name: String, participants: usize },
 }
 
 impl Source {
@@ -29,7 +32,8 @@ impl Source {
     fn axes(&self) -> &'static [&'static str] {
         match self {
             Self::Body { quantity, .. } => axes(*quantity),
-            Self::Point { .. } => &["value"],
+            Self::Force { .. } => axes(ProbeQuantity::Force),
+            Self::Answer { .. } => &["value"],
         }
     }
 
@@ -39,7 +43,12 @@ impl Source {
             Self::Body { quantity, participant, body } => {
                 report(*participant).and_then(|r| r.bodies.get(*body)).map(|state| values(*quantity, state))
             }
-            Self::Point { name, participants } => {
+            Self::Force { participant, interfaces, window_s } => {
+                let received = report(*participant)?.interfaces.iter().filter(|i| interfaces.contains(&i.interface));
+                let impulse = received.fold([0.0; 3], |sum, i| add(sum, i.received.linear));
+                Some(scale(impulse, 1.0 / window_s).to_vec())
+            }
+            Self::Answer { name, participants } => {
                 let mut answers = (0..*participants).filter_map(|p| report(p)?.probes.get(name).copied());
                 answers.next().map(|answer| vec![answer])
             }
@@ -160,15 +169,27 @@ fn quantity_name(quantity: ProbeQuantity) -> String {
 }
 
 fn source(plan: &Plan, probe: &Probe) -> Option<Source> {
-    if probe.quantity == ProbeQuantity::Pressure && probe.at_m.is_some() {
-        return Some(Source::Point { name: probe.name.clone(), participants: plan.participants.len() });
+    if matches!(probe.quantity, ProbeQuantity::Pressure | ProbeQuantity::Strain | ProbeQuantity::Reach) {
+        return Some(Source::Answer { name: probe.name.clone(), participants: plan.participants.len() });
     }
     if axes(probe.quantity).is_empty() {
         return None;
     }
     let body = probe.body.as_deref()?;
     plan.participants.iter().enumerate().find_map(|(participant, p)| {
-        let body = p.bodies.iter().position(|b| b == body)?;
+        let (name, body) = (body, p.bodies.iter().position(|b| b == body)?);
+        if probe.quantity == ProbeQuantity::Force {
+            let mine = |i: &Interface| {
+                [&i.a, &i.b].iter().any(|side| usize::from(side.participant) == participant && side.body == name)
+            };
+            let interfaces =
+                plan.interfaces.iter().enumerate().filter(|(_, i)| mine(i)).map(|(id, _)| id as InterfaceId);
+            return Some(Source::Force {
+                participant,
+                interfaces: interfaces.collect(),
+                window_s: plan.clock.window_s(),
+            });
+        }
         Some(Source::Body { quantity: probe.quantity, participant, body })
     })
 }
@@ -176,7 +197,9 @@ fn source(plan: &Plan, probe: &Probe) -> Option<Source> {
 /// Components of a quantity; none for those that a body state does not hold.
 fn axes(quantity: ProbeQuantity) -> &'static [&'static str] {
     match quantity {
-        ProbeQuantity::Position | ProbeQuantity::Velocity | ProbeQuantity::Momentum => &["x", "y", "z"],
+        ProbeQuantity::Position | ProbeQuantity::Velocity | ProbeQuantity::Momentum | ProbeQuantity::Force => {
+            &["x", "y", "z"]
+        }
         ProbeQuantity::Orientation => &["x", "y", "z", "w"],
         _ => &[],
     }
@@ -194,11 +217,14 @@ fn values(quantity: ProbeQuantity, state: &BodyState) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use cosplat_core::boundary::Wrench;
+    use cosplat_core::plugin::InterfaceReport;
+
     use super::*;
     use crate::folder::fixtures::{done, plan, record};
 
     fn probe(name: &str, quantity: ProbeQuantity, body: &str) -> Probe {
-        Probe { name: name.into(), quantity, body: Some(body.into()), at_m: None }
+        Probe { name: name.into(), quantity, body: Some(body.into()), at_m: None, along: None }
     }
 
     #[test]
@@ -234,7 +260,13 @@ mod tests {
     fn a_number_at_a_point_is_in_its_column_and_missing_where_nobody_has_it() {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("probes.csv");
-        let at = Probe { name: "floor".into(), quantity: ProbeQuantity::Pressure, body: None, at_m: Some([0.0; 3]) };
+        let at = Probe {
+            name: "floor".into(),
+            quantity: ProbeQuantity::Pressure,
+            body: None,
+            at_m: Some([0.0; 3]),
+            along: None,
+        };
         let mut table = Probes::create(&path, &plan(2), &[at]).unwrap().unwrap();
         let mut answered = done(0).report;
         answered.probes.insert("floor".into(), 101.5);
@@ -244,8 +276,22 @@ mod tests {
     }
 
     #[test]
+    fn a_force_is_what_crossed_the_interfaces_of_a_body_over_the_window() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("probes.csv");
+        let mut table = Probes::create(&path, &plan(2), &[probe("push", ProbeQuantity::Force, "b")]).unwrap().unwrap();
+        let mut pushed = done(0);
+        let received = Wrench { linear: [0.0, -0.5, 1.0], ..Wrench::default() };
+        pushed.report.interfaces = vec![InterfaceReport { interface: 0, received, ..InterfaceReport::default() }];
+        table.started(&[done(0).report, done(0).report]).unwrap();
+        table.settled(&record(0), &[done(0), pushed]).unwrap();
+        // Windows of 0.01 s.
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "time_s,push.x,push.y,push.z\n0,0,0,0\n0.01,0,-50,100\n");
+    }
+
+    #[test]
     fn what_nothing_answers_is_named() {
-        let probes = [probe("p", ProbeQuantity::Force, "a")];
+        let probes = [probe("p", ProbeQuantity::VolumeFraction, "a")];
         let place = tempfile::tempdir().unwrap();
         assert!(Probes::create(&place.path().join("x"), &plan(2), &probes).unwrap().is_none());
         assert!(!place.path().join("x").exists());

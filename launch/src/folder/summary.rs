@@ -163,6 +163,9 @@ pub(crate) struct Interface {
     pub(crate) work_defect: f64,
     /// Largest difference between a stand-in and the partner itself.
     pub(crate) residual: f64,
+    /// Largest distance of a body on a link from where the other side took it to be in a window [m]; 0 for contacts.
+    #[serde(default)]
+    pub(crate) foreseen_m: f64,
 }
 
 /// Energy of a part of the system.

@@ -10,6 +10,7 @@ use cosplat_core::plugin::{BodyState, count};
 use cosplat_core::scene::Scene;
 use serde::{Deserialize, Serialize};
 
+use super::foreseen::Foreseen;
 use super::summary::{Body, Energy, Interface, Process};
 use crate::verdict::{Closure, ClosureGate, Verdict};
 
@@ -42,6 +43,7 @@ pub(crate) struct Tally {
     sides: Vec<[usize; 2]>,
     carries_impulses: Vec<bool>,
     is_link: Vec<bool>,
+    foreseen: Foreseen,
 }
 
 impl Tally {
@@ -79,6 +81,7 @@ impl Tally {
                 .collect(),
             carries_impulses: plan.interfaces.iter().map(cosplat_core::plan::Interface::carries_impulses).collect(),
             is_link: plan.interfaces.iter().map(|i| i.kind == InterfaceKind::Link).collect(),
+            foreseen: Foreseen::new(plan),
         }
     }
 
@@ -93,6 +96,7 @@ impl Tally {
             }
             self.left_out.extend(info.left_out.iter().cloned());
         }
+        self.foreseen.settled(None, |process| ready.get(process).map(|info| &info.report));
         let own = ready.iter().map(|r| r.report.energy.kinetic_j + r.report.energy.potential_j);
         let links = plan.interfaces.iter().filter(|i| i.kind == InterfaceKind::Link);
         let stored = links.map(|i| i.links.iter().map(|&l| stored_j(plan, scene, ready, l)).sum());
@@ -128,6 +132,11 @@ impl Tally {
         }
         self.closures(record, done);
         self.interfaces(record);
+        for (i, apart) in self.foreseen.settled(Some(record.window), |p| done.get(p).map(|d| &d.report)) {
+            if let Some(link) = self.interfaces.get_mut(i) {
+                link.foreseen_m = larger(link.foreseen_m, apart);
+            }
+        }
         self.energies(record);
     }
 

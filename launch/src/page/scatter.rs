@@ -7,7 +7,7 @@ use super::number::{limit, power_of_ten};
 /// Size of a drawing in its own units; the page scales it.
 const SIZE: (f64, f64) = (720.0, 380.0);
 /// Left, right, upper and lower edge of the area with points.
-const AREA: [f64; 4] = [74.0, 706.0, 12.0, 330.0];
+const AREA: [f64; 4] = [84.0, 706.0, 12.0, 330.0];
 /// Colours that people with any colour vision can tell apart (Okabe & Ito 2008), and grey. Each goes with a form.
 const COLOURS: [&str; 8] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#787878"];
 /// Forms of points.

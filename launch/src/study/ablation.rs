@@ -1,12 +1,15 @@
 //! What each decision to leave something out changes, and what it saves: the scene is run again with the decision the
 //! other way round.
 
+use std::collections::BTreeSet;
+
 use cosplat_core::scene::{Body, Material, Scene, Source};
 use serde::Serialize;
 
 use super::case::{Case, Comparison, Level, Measure, Reference};
 use super::evaluate::{Finished, from_probes};
 use super::norm;
+use super::substitute::with;
 use crate::folder::summary::Summary;
 
 /// Yield stress over stiffness of what never yields.
@@ -46,6 +49,8 @@ pub(crate) struct Worth {
     pub(crate) difference: Option<f64>,
     /// Wall time inside the windows that the decision saves \[s\], where both were run alone.
     pub(crate) saved_s: Option<f64>,
+    /// Processor time of all solvers that it saves \[s\], set-up included: runs beside it disturb it least.
+    pub(crate) saved_core_s: Option<f64>,
     /// Memory of all processes that it saves \[MiB\].
     pub(crate) saved_mib: Option<f64>,
     /// Messages over interfaces that it saves.
@@ -83,8 +88,9 @@ pub(crate) fn decisions(scene: &Scene, summary: &Summary) -> Vec<Decision> {
     for body in &scene.bodies {
         found.extend(of_material(body, summary));
     }
-    for (name, spec) in &scene.solvers {
-        let plugin = spec.plugin.as_deref().unwrap_or(name);
+    let names: BTreeSet<&str> = scene.bodies.iter().map(|body| body.solver.as_str()).collect();
+    for name in names {
+        let plugin = scene.solvers.get(name).and_then(|spec| spec.plugin.as_deref()).unwrap_or(name);
         if plugin == "pbd" && !has("self-collision") {
             let key = format!("solver.{name}.params.self_collision");
             let set = vec![(key, "false".to_owned())];
@@ -99,10 +105,16 @@ pub(crate) fn decisions(scene: &Scene, summary: &Summary) -> Vec<Decision> {
         let idle = summary.interfaces.iter().filter(|i| i.kind == "contact" && i.gross_impulse == 0.0);
         found.extend(idle.map(|i| {
             let pair = format!("[{{ a = \"{}\", b = \"{}\", enabled = false }}]", i.a, i.b);
+            // Nothing else bounds the window, and another one is another result. A hair more, so that as many fit.
+            let window = format!("{:?}", summary.window_s * (1.0 + 1e-9));
             let instead = format!("`{}` and `{}`, which never met, do not exchange", i.a, i.b);
             Decision {
                 indicator: "impulses of 0 N s".into(),
-                set: vec![("pair".into(), pair), ("run.rigidify".into(), "false".into())],
+                set: vec![
+                    ("pair".into(), pair),
+                    ("run.rigidify".into(), "false".into()),
+                    ("clock.window".into(), window),
+                ],
                 by_probes: true,
                 ..decision(&format!("pair-{}-{}", i.a, i.b), &instead, &[], !scene.probes.is_empty())
             }
@@ -142,48 +154,48 @@ fn by(summary: &Summary, what: &str) -> Option<String> {
 /// Decisions about what a body is made of. What a solver leaves out may as well not stand in the scene.
 fn of_material(body: &Body, summary: &Summary) -> Vec<Decision> {
     let name = &body.name;
-    let has = |what: &str| by(summary, what).is_some();
-    let of = |feature: &str, key: &str, value: &str, must_not_matter| {
-        let set = vec![(format!("body.{name}.{key}"), value.to_owned())];
+    let without = |feature: &str, set: (String, String), indicator: Option<String>, must_not_matter: bool| {
         let instead = format!("`{name}` without {feature}");
-        Decision { set, ..decision(&format!("{}-{name}", feature.replace(' ', "-")), &instead, &[], must_not_matter) }
+        let plain = decision(&format!("{}-{name}", feature.replace(' ', "-")), &instead, &[], must_not_matter);
+        Decision { set: vec![set], indicator: indicator.unwrap_or_default(), ..plain }
+    };
+    let number = |feature: &str, key: &str, value: f64, indicator: Option<String>, must_not_matter: bool| {
+        let material = with(&body.material, key, value)?;
+        Some(without(feature, (format!("body.{name}.material"), material), indicator, must_not_matter))
     };
     let mut found = Vec::new();
-    if let Material::SphLiquid { surface_tension_n_m, viscosity_pa_s, .. } = body.material {
-        if surface_tension_n_m > 0.0 && has(&format!("surface tension of `{name}`")) {
-            let indicator = by(summary, &format!("surface tension of `{name}`")).unwrap_or_default();
-            found.push(Decision { indicator, ..of("surface tension", "material.surface_tension", "0", true) });
+    match body.material {
+        Material::SphLiquid { surface_tension_n_m, viscosity_pa_s, .. } => {
+            let tension = by(summary, &format!("surface tension of `{name}`")).filter(|_| surface_tension_n_m > 0.0);
+            if tension.is_some() {
+                found.extend(number("surface tension", "surface_tension", 0.0, tension, true));
+            }
+            if viscosity_pa_s > 0.0 {
+                let known = by(summary, &format!("the viscosity of `{name}`"));
+                let is_known = known.is_some();
+                found.extend(number("viscosity", "viscosity", 0.0, known, is_known));
+            }
         }
-        if viscosity_pa_s > 0.0 {
-            let known = by(summary, &format!("the viscosity of `{name}`"));
-            let viscosity = of("viscosity", "material.viscosity", "0", known.is_some());
-            found.push(Decision { indicator: known.unwrap_or_default(), ..viscosity });
+        Material::Elastoplastic { youngs_modulus_pa, yield_stress_pa, .. } => {
+            let part = yield_stress_pa / youngs_modulus_pa;
+            let indicator = Some(format!("yield stress over stiffness {part:.3e} against 1.000e0"));
+            let never = NEVER_YIELDS * youngs_modulus_pa;
+            // A solid is not strained by its whole size: what yields only there never does.
+            found.extend(number("plasticity", "yield_stress", never, indicator, part > 1.0));
         }
-    }
-    if let Material::Elastoplastic { density_kg_m3, youngs_modulus_pa, poissons_ratio, yield_stress_pa } = body.material
-    {
-        let part = yield_stress_pa / youngs_modulus_pa;
-        let value = format!(
-            "{{ kind = \"elastoplastic\", density = {density_kg_m3:?}, youngs_modulus = {youngs_modulus_pa:?}, \
-             poissons_ratio = {poissons_ratio:?}, yield_stress = {:?} }}",
-            NEVER_YIELDS * youngs_modulus_pa
-        );
-        // A solid is not strained by its whole size: what yields only there never does.
-        let plasticity = of("plasticity", "material", &value, part > 1.0);
-        found.push(Decision { indicator: format!("yield stress over stiffness {part:.3e} against 1"), ..plasticity });
-    }
-    if let Material::Cloth { areal_density_kg_m2, stretch_compliance_m_n, .. } = body.material
-        && stretch_compliance_m_n > 0.0
-    {
-        let compliance = of("compliance", "material.stretch_compliance", "0", false);
-        let indicator = compliance_part(body, areal_density_kg_m2, stretch_compliance_m_n, summary);
-        found.push(Decision { indicator: indicator.unwrap_or_default(), ..compliance });
-    }
-    if matches!(body.material, Material::Cloth { .. }) && has("relaxation factors") {
-        found.push(of("relaxation", "material.stretch_relaxation", "1", true));
+        Material::Cloth { areal_density_kg_m2, stretch_compliance_m_n, .. } => {
+            if stretch_compliance_m_n > 0.0 {
+                let part = compliance_part(body, areal_density_kg_m2, stretch_compliance_m_n, summary);
+                found.extend(number("compliance", "stretch_compliance", 0.0, part, false));
+            }
+            if by(summary, "relaxation factors").is_some() {
+                found.extend(number("relaxation", "stretch_relaxation", 1.0, None, true));
+            }
+        }
+        _ => {}
     }
     if matches!(body.source, Source::Splat { .. }) {
-        found.push(of("inside", "splat.fill", "\"none\"", false));
+        found.push(without("inside", (format!("body.{name}.splat.fill"), "\"none\"".into()), None, false));
     }
     found
 }
@@ -208,6 +220,7 @@ pub(crate) fn case_of(scene: &str, [name, title]: [&str; 2], set: Vec<(String, L
         set,
         vary: Vec::new(),
         gates: Vec::new(),
+        slow: false,
     }
 }
 
@@ -229,6 +242,7 @@ pub(crate) fn worth(decision: &Decision, plain: &Finished, other: &Finished) -> 
         same_bytes,
         difference,
         saved_s: both.and_then(|_| Some(other.wall_s()? - plain.wall_s()?)),
+        saved_core_s: both.and_then(|_| Some(other.core_s()? - plain.core_s()?)),
         saved_mib: both.and_then(|(plain, other)| Some(memory(other)? - memory(plain)?)),
         saved_messages: both.map_or(0, |(plain, other)| messages(other) - messages(plain)),
         why_not: both.is_none().then(|| other.complaint().unwrap_or_else(|| "it has no result".into())),
@@ -269,6 +283,9 @@ mod tests {
     fn decisions_are_those_that_the_scene_offers() {
         let plain: Vec<String> = names("oscillator", "x").into_iter().map(|d| d.0).collect();
         assert_eq!(plain, ["idle-process", "trace"]);
+        assert!(names("dam-and-raft", "x").iter().any(|(name, _)| name == "ccd-rigid"));
+        let cloth = names("silk-over-rock", "x");
+        assert!(cloth.iter().any(|(name, matters_not)| name.starts_with("compliance-") && !matters_not), "{cloth:?}");
         let water = names("dam-and-raft", "the viscosity of `water` below 1 Pa s");
         assert!(water.contains(&("viscosity-water".into(), true)), "{water:?}");
         assert!(names("dam-and-raft", "x").contains(&("viscosity-water".into(), false)));

@@ -24,6 +24,8 @@ pub(crate) struct Case {
     pub(crate) vary: Vec<Factor>,
     /// What must hold.
     pub(crate) gates: Vec<Gate>,
+    /// Whether it takes minutes, so that a study of its folder leaves it out.
+    pub(crate) slow: bool,
 }
 
 /// A value of the scene that is varied.
@@ -121,6 +123,8 @@ pub(crate) enum Measure {
     Max,
     /// At the end of the interval.
     Final,
+    /// Mean over the interval: what a swing is about.
+    Mean,
     /// Period of a swing, whatever its place and size.
     Period,
 }

@@ -42,6 +42,11 @@ impl Finished {
         (cost.runs > 0 && !cost.beside_others).then_some(cost.wall_s)
     }
 
+    /// Processor time of all solvers \[s\], set-up included; null where the system does not tell.
+    pub(crate) fn core_s(&self) -> Option<f64> {
+        cost(&self.trials).core_s
+    }
+
     /// What the first complained about.
     pub(crate) fn complaint(&self) -> Option<String> {
         self.trials.first()?.end.why.clone()

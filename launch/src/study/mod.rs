@@ -27,6 +27,7 @@ pub(crate) mod rows;
 mod section;
 pub(crate) mod sheet;
 pub(crate) mod stability;
+mod substitute;
 pub(crate) mod suite;
 mod table;
 pub(crate) mod text;

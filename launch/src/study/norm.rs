@@ -17,6 +17,11 @@ pub(crate) fn error(curve: &Curve, comparison: &Comparison, finest: &Curve) -> O
     if comparison.measure == Measure::Period {
         return apart(period(&pairs, |p| p.value), period(&pairs, |p| p.reference));
     }
+    if comparison.measure == Measure::Mean {
+        let apart = (mean(&pairs, |p| p.value)? - mean(&pairs, |p| p.reference)?).abs() - comparison.spread;
+        let norm = comparison.scale.or_else(|| Some(mean(&pairs, |p| p.reference)?.abs()))?;
+        return (norm > 0.0).then(|| apart.max(0.0) / norm);
+    }
     let beyond = |p: &Pair| ((p.value - p.reference).abs() - comparison.spread).max(0.0);
     relative(&pairs, comparison, beyond)
 }
@@ -30,6 +35,10 @@ pub(crate) fn distance(curve: &Curve, other: &Curve, comparison: &Comparison) ->
     }
     if comparison.measure == Measure::Period {
         return apart(period(&pairs, |p| p.value), period(&pairs, |p| p.value - difference(p).unwrap_or_default()));
+    }
+    if comparison.measure == Measure::Mean {
+        let norm = comparison.scale.or_else(|| Some(mean(&pairs, |p| p.reference)?.abs()))?;
+        return Some(mean(&pairs, |p| difference(p).unwrap_or_default())?.abs() / norm).filter(|d| d.is_finite());
     }
     relative(&pairs, comparison, |p| difference(p).map_or(0.0, f64::abs))
 }
@@ -81,11 +90,17 @@ fn relative(pairs: &[Pair], comparison: &Comparison, difference: impl Fn(&Pair) 
     let (difference, norm) = match comparison.measure {
         Measure::L2 => (mean_square(&difference), mean_square(&reference)),
         Measure::Max => (largest(&difference), largest(&reference)),
-        // A period is no norm, and is compared elsewhere.
-        Measure::Final | Measure::Period => (difference(last), reference(last)),
+        // A period and a mean are no norms of a difference, and are compared elsewhere.
+        Measure::Final | Measure::Period | Measure::Mean => (difference(last), reference(last)),
     };
     let norm = comparison.scale.unwrap_or(norm);
     (norm > 0.0).then(|| difference / norm)
+}
+
+/// Mean over the time of the pairs.
+fn mean(pairs: &[Pair], of: impl Fn(&Pair) -> f64) -> Option<f64> {
+    let (sum, time) = pairs.iter().fold((0.0, 0.0), |(sum, time), p| (sum + p.weight * of(p), time + p.weight));
+    (time > 0.0).then(|| sum / time)
 }
 
 /// Relative difference of two periods.

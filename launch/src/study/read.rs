@@ -75,6 +75,7 @@ fn read(file: &Path, root: &Section<'_>) -> Case {
             .into(),
         gates: gates(root, &quantities, &vary),
         quantities,
+        slow: root.get("slow").is_some_and(|item| item.flag()),
         set: root.get("set").map(|item| set(&item)).unwrap_or_default(),
         vary,
     }
@@ -149,7 +150,13 @@ fn quantity(section: &Section<'_>, folder: &Path) -> Option<Quantity> {
 
 fn comparison(section: &Section<'_>, folder: &Path) -> Option<Comparison> {
     let (exact, table, between) = (section.get("exact"), section.get("table"), section.get("between"));
-    let measures = [("l2", Measure::L2), ("max", Measure::Max), ("final", Measure::Final), ("period", Measure::Period)];
+    let measures = [
+        ("l2", Measure::L2),
+        ("max", Measure::Max),
+        ("final", Measure::Final),
+        ("mean", Measure::Mean),
+        ("period", Measure::Period),
+    ];
     let measure = section.get("measure").and_then(|item| item.word(&measures)).unwrap_or(Measure::L2);
     let mut scale = section.positive("scale");
     let spread = section.positive("spread").unwrap_or(0.0);

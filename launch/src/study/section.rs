@@ -155,6 +155,15 @@ impl<'a> Item<'a> {
         number
     }
 
+    /// Whether it is true.
+    pub(super) fn flag(&self) -> bool {
+        let DeValue::Boolean(flag) = self.value.get_ref() else {
+            self.error("must be true or false");
+            return false;
+        };
+        *flag
+    }
+
     /// One of several words.
     pub(super) fn word<T: Copy>(&self, words: &[(&'static str, T)]) -> Option<T> {
         let text = self.text()?;

@@ -12,18 +12,28 @@ macro_rules! cases {
 }
 
 /// Files of `tests/verification`.
-const FILES: [(&str, &str); 79] = cases![
+const FILES: &[(&str, &str)] = &cases![
     "ballistic.study.toml",
     "ballistic.toml",
     "bar-on-damper.toml",
     "bucket.obj",
     "budgets.study.toml",
     "catalogue.toml",
+    "dam-break-front.csv",
+    "dam-break-front.study.toml",
+    "dam-break-front.toml",
+    "draft-30.study.toml",
+    "draft-50.study.toml",
+    "draft-70.study.toml",
+    "draft.toml",
     "elastic-column.study.toml",
     "elastic-column.toml",
     "free-flight.study.toml",
     "hanging-strip.study.toml",
     "hanging-strip.toml",
+    "hertz-impact.csv",
+    "hertz-impact.study.toml",
+    "hertz-impact.toml",
     "impedance-1.study.toml",
     "impedance-10.study.toml",
     "impedance-2.study.toml",

@@ -35,6 +35,7 @@
 
 mod contact;
 mod fbar;
+mod gauge;
 mod grid;
 mod hear;
 mod kick;

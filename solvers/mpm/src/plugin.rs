@@ -9,8 +9,10 @@ use cosplat_core::plugin::{
     BoundaryOutput, Descriptor, Inputs, InterfaceReport, InterfaceRole, Outputs, PartnerSetup, Plugin, PluginError,
     Pulse, Report, Saves, Setup, SetupBoundary, SolverScene, StateReader, StateSink, Step,
 };
+use cosplat_core::scene::ProbeQuantity;
 use cosplat_core::visual::{VisualForm, VisualState};
 
+use crate::gauge::Gauges;
 use crate::hear::Residuals;
 use crate::model::Model;
 use crate::params::schema;
@@ -37,6 +39,7 @@ pub struct Mpm<R: Real> {
 pub(crate) struct Run<R: Real> {
     pub(crate) model: Model<R>,
     pub(crate) sim: Sim<R>,
+    gauges: Gauges,
     /// Positions at t = 0, by identity \[m\].
     start: Vec<[f64; 3]>,
     dissipated: f64,
@@ -68,7 +71,7 @@ impl<R: Real> Plugin for Mpm<R> {
             },
             visual: Some(VisualForm::Particles { gradients: true }),
             features: features.map(String::from).into(),
-            probes: Vec::new(),
+            probes: vec![ProbeQuantity::Strain, ProbeQuantity::Reach],
             saves: Saves { bytes: true, deterministic: true },
             params_schema: schema(),
         }
@@ -87,7 +90,8 @@ impl<R: Real> Plugin for Mpm<R> {
         let start = model.seeds.iter().map(|s| s.position).collect();
         let foreseen = vec![None; model.setting.partners.len()];
         let felt = vec![Felt::default(); model.setting.clouds.len()];
-        let run = Run { model, sim, start, dissipated: 0.0, foreseen, felt, pool };
+        let gauges = Gauges::of(&scene.probes, &model.names);
+        let run = Run { model, sim, gauges, start, dissipated: 0.0, foreseen, felt, pool };
         let setup = run.setup();
         self.run = Some(run);
         Ok(setup)
@@ -188,6 +192,7 @@ impl<R: Real> Run<R> {
             bodies,
             energy,
             interfaces: interfaces.collect(),
+            probes: self.gauges.answers(&self.sim),
             ..Report::default()
         };
         Setup {
@@ -255,7 +260,7 @@ impl<R: Real> Run<R> {
             energy,
             interfaces,
             counters: counters.iter().map(|&(name, n)| (name.to_owned(), n)).collect::<BTreeMap<_, _>>(),
-            ..Report::default()
+            probes: self.gauges.answers(&self.sim),
         };
         Outputs { boundaries: boundaries.collect(), impulses, report }
     }

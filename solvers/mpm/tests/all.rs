@@ -13,6 +13,8 @@ mod contact;
 #[cfg(test)]
 mod energy;
 #[cfg(test)]
+mod gauge;
+#[cfg(test)]
 mod incompressible;
 #[cfg(test)]
 mod liquid;

@@ -45,7 +45,7 @@ impl Plugin for Sph {
             boundary: BoundaryForm::SamplesF32 { normals: false },
             visual: Some(VisualForm::Particles { gradients: false }),
             features: ["statics", "height-fields", "gravity", "inflow", "drain"].map(String::from).into(),
-            probes: vec![ProbeQuantity::Pressure],
+            probes: vec![ProbeQuantity::Pressure, ProbeQuantity::Reach],
             params_schema: schema(),
             ..Descriptor::new("sph", env!("CARGO_PKG_VERSION"), "Liquids as smoothed particles")
         }
@@ -63,7 +63,7 @@ impl Plugin for Sph {
             bound.push_str("; viscosity is implicit, as it would bind otherwise or is wanted so");
         }
         let (bodies, energy) = states(&model, &store, 0.0);
-        let points = Points::of(&scene.probes);
+        let points = Points::of(&scene.probes, &scene.bodies);
         let interfaces = model.interfaces.iter().map(|&i| InterfaceReport { interface: i, ..Default::default() });
         let report = Report {
             substep_bound_by: bound.clone(),

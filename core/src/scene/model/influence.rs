@@ -145,6 +145,9 @@ pub struct Probe {
     pub body: Option<String>,
     /// Point of measurement \[m\], for quantities at a point.
     pub at_m: Option<Vec3>,
+    /// Unit vector along which is measured, for quantities with a direction.
+    #[serde(default)]
+    pub along: Option<Vec3>,
 }
 
 /// What a probe measures.
@@ -161,10 +164,12 @@ pub enum ProbeQuantity {
     Momentum,
     /// Pressure at a point \[Pa\].
     Pressure,
-    /// Contact force on a body \[N\].
+    /// Mean force in a window that bodies of other processes exert on a body, by contact and links \[N\].
     Force,
     /// Share of space taken at a point.
     VolumeFraction,
-    /// Largest principal logarithmic strain of a body.
+    /// Largest magnitude of a principal logarithmic strain, elastic where it yields, of all particles of a body.
     Strain,
+    /// How far a body reaches along a direction: the largest coordinate of its particles \[m\].
+    Reach,
 }

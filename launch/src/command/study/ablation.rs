@@ -105,7 +105,16 @@ fn changes(decision: &Decision) -> impl Iterator<Item = (String, Level)> {
 }
 
 fn human(found: &[Worth], paint: Paint) -> String {
-    let head = ["decision", "the other way round", "state", "probes differ by", "saves [s]", "saves [MiB]", "messages"];
+    let head = [
+        "decision",
+        "the other way round",
+        "state",
+        "probes differ by",
+        "saves [s]",
+        "of cores [s]",
+        "[MiB]",
+        "messages",
+    ];
     let mut lines = vec![head.map(str::to_owned).to_vec()];
     let number = |value: Option<f64>| value.map_or_else(|| "–".into(), |v| format!("{v:.3}"));
     lines.extend(found.iter().map(|worth| {
@@ -114,7 +123,12 @@ fn human(found: &[Worth], paint: Paint) -> String {
             None => if worth.same_bytes { "the same bytes" } else { "another" }.to_owned(),
         };
         let difference = worth.difference.map_or_else(|| "–".into(), |d| format!("{d:.2e}"));
-        let saved = [number(worth.saved_s), number(worth.saved_mib), worth.saved_messages.to_string()];
+        let saved = [
+            number(worth.saved_s),
+            number(worth.saved_core_s),
+            number(worth.saved_mib),
+            worth.saved_messages.to_string(),
+        ];
         let cells = [worth.name.clone(), worth.instead.clone(), state, difference].into_iter().chain(saved);
         cells.map(|cell| printable(&cell)).collect()
     }));

@@ -57,6 +57,9 @@ pub(crate) struct StudyArgs {
     /// Repetitions of each run: the median of their times counts
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=100))]
     runs: u8,
+    /// Of a folder, also the cases that take minutes
+    #[arg(long)]
+    slow: bool,
     #[command(flatten)]
     pace: Pace,
     #[command(flatten)]

@@ -19,7 +19,7 @@ pub(super) fn cases(args: &StudyArgs) -> Result<(String, Vec<Case>), Error> {
     };
     let path = Path::new(what);
     let mut cases = if path.is_dir() {
-        in_folder(path)?
+        quick(in_folder(path)?, path, args.slow)?
     } else if what.ends_with(ENDING) {
         vec![case(path)?]
     } else {
@@ -39,11 +39,33 @@ pub(super) fn cases(args: &StudyArgs) -> Result<(String, Vec<Case>), Error> {
     Ok((name, cases))
 }
 
-/// The catalogue of the folder that is studied.
+/// The cases of a folder without those that take minutes, where these are not asked for.
+fn quick(mut cases: Vec<Case>, folder: &Path, with_slow: bool) -> Result<Vec<Case>, Error> {
+    cases.retain(|case| with_slow || !case.slow);
+    if cases.is_empty() {
+        let problem = Problem::new(format!("All cases of `{}` take minutes", folder.display())).at(folder);
+        return Err(Error::new(Code::Usage, problem.hint("add `--slow` to run them")));
+    }
+    Ok(cases)
+}
+
+/// The catalogue of the folder that is studied; an entry says which of its cases were left out.
 pub(super) fn catalogue(args: &StudyArgs, cases: &[Case]) -> Result<Vec<Entry>, Error> {
     let folder = args.what.as_deref().map(Path::new).filter(|path| path.is_dir());
-    let names: Vec<&str> = cases.iter().map(|case| case.name.as_str()).collect();
-    folder.map_or(Ok(Vec::new()), |folder| catalogue::read(folder, &names))
+    let Some(folder) = folder else { return Ok(Vec::new()) };
+    let all = in_folder(folder)?;
+    let names: Vec<&str> = all.iter().map(|case| case.name.as_str()).collect();
+    let mut entries = catalogue::read(folder, &names)?;
+    for entry in &mut entries {
+        let is_there = |name: &String| cases.iter().any(|case| case.name == *name);
+        let slow: Vec<String> = entry.cases.iter().filter(|name| !is_there(name)).cloned().collect();
+        if !slow.is_empty() {
+            let sentence = format!("not run, because it takes minutes: {} (`--slow` runs it)", slow.join(", "));
+            entry.note =
+                [entry.note.clone(), sentence].iter().filter(|s| !s.is_empty()).cloned().collect::<Vec<_>>().join("; ");
+        }
+    }
+    Ok(entries)
 }
 
 /// All cases of a folder by name; every mistake in any of them is reported.
@@ -100,6 +122,7 @@ fn of_scene(source: &Source, wanted: &str, vary: &[Factor]) -> Result<Case, Erro
         set: Vec::new(),
         vary: Vec::new(),
         gates: Vec::new(),
+        slow: false,
     })
 }
 

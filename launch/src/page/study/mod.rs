@@ -85,7 +85,7 @@ fn catalogue(page: &Page<'_>) -> Markup {
             html! { @for case in &found { div { a href={ "#" (case.name) } { (case.name) } } } },
             html! { @for case in &found { div { (maybe(case.smallest_error())) } } },
             html! { @for case in &found { div { (gates_in_short(case)) } } },
-            html! { (entry.note) },
+            html! { (entry.note.replace('`', "")) },
         ]
     };
     table(&head, page.catalogue.iter().map(row).collect())
@@ -123,6 +123,7 @@ fn gates_in_short(case: &CaseResult) -> Markup {
     let failed = case.gates.iter().filter(|g| g.passed == Some(false)).count();
     html! {
         @if judged == 0 { "none" }
+        @else if failed == 0 && judged == 1 { strong.good { "holds" } }
         @else if failed == 0 { strong.good { "all " (judged) " hold" } }
         @else { strong.bad { (failed) " of " (judged) " failed" } }
     }
@@ -131,7 +132,7 @@ fn gates_in_short(case: &CaseResult) -> Markup {
 fn case(case: &CaseResult) -> Markup {
     html! {
         p { "Scene " code { (case.scene) } ". Reference: " (case.reference) "." }
-        @for note in &case.notes { p.warn { (note) } }
+        @for note in &case.notes { p.warn { (note.replace('`', "")) } }
         @if !case.gates.is_empty() { h3 { "Gates" } (gates(case)) }
         div.charts { @for diagram in diagrams(case) { (figure(&diagram)) } }
         h3 { "Cheapest run below an error" }

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::super::document;
-use super::super::number::maybe;
+use super::super::number::{maybe, quantity};
 use super::super::parts::command;
 use super::super::tables::table;
 use super::Page;
@@ -64,6 +64,7 @@ pub(crate) fn ablation(page: &Page<'_>, scene: &str, found: &[Worth]) -> String 
         ("State", ""),
         ("Probes differ by", "n"),
         ("Time saved [s]", "n"),
+        ("Core time saved [s]", "n"),
         ("Memory saved [MiB]", "n"),
         ("Messages saved", "n"),
     ];
@@ -75,19 +76,22 @@ pub(crate) fn ablation(page: &Page<'_>, scene: &str, found: &[Worth]) -> String 
             (None, false) => ("bad", "another, although it must not matter"),
         };
         vec![
-            html! { (worth.instead.replace('`', "")) " " code { (worth.name) } },
-            html! { (worth.indicator.replace('`', "")) },
+            html! { (worth.instead.replace('`', "")) div { code { (worth.name) } } },
+            html! {
+                @if worth.indicator.is_empty() { "what the scene asks for" } @else { (worth.indicator.replace('`', "")) }
+            },
             html! { span class=(class) { (state) } },
             html! { (maybe(worth.difference)) },
             html! { (maybe(worth.saved_s)) },
+            html! { (maybe(worth.saved_core_s)) },
             html! { (maybe(worth.saved_mib)) },
-            html! { (worth.saved_messages) },
+            html! { (quantity(worth.saved_messages as f64)) },
         ]
     };
     let lead = "Each decision the other way round: what it changes, and what the decision saves.";
     let body = html! {
         (table(&head, found.iter().map(row).collect()))
-        p { "Times are those inside the windows, of single runs unless more were asked for; negative numbers are costs, or noise." }
+        p { "Times are those inside the windows, of single runs unless more were asked for; core times are those of all solvers, with their set-up, which other programs disturb less. Negative numbers are costs, or noise: with more `--runs` the median counts. A state is another one as well where a solver only remembers more." }
     };
     whole(page, &format!("What {scene} does without"), lead, &body)
 }

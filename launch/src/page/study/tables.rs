@@ -94,6 +94,7 @@ pub(super) fn quantities(case: &CaseResult) -> Markup {
             Some(Measure::L2) => "root mean square, relative",
             Some(Measure::Max) => "largest difference, relative",
             Some(Measure::Final) => "difference at the end, relative",
+            Some(Measure::Mean) => "difference of the means, relative",
             Some(Measure::Period) => "difference of the periods, relative",
             None => "largest deviation, relative; not in the error of the case where something has a reference",
         };
