@@ -149,6 +149,7 @@ mod tests {
             quantity: ProbeQuantity::Position,
             body: Some("cloud".into()),
             at_m: None,
+            along: None,
         });
         assert_eq!(Refusals::undeclared(&descriptor(), &scene).finish(), Ok(()));
     }
