@@ -39,7 +39,8 @@
 //! spacing in one process. A rough wall is one without slip; this is said in the plan.
 //!
 //! Known limits: pressures of single particles of an incompressible liquid scatter by some percent of the largest, their mean
-//! does not; a liquid at rest keeps its lattice, which resists slow shear; drops of few particles lock as a solid does;
+//! does not; a lattice under pressure buckles, and its particles come to rest within seconds; drops of few particles lock as
+//! a solid does; implicit viscosity lacks the pairs beyond walls that slip;
 //! one layer of samples holds a thin layer of liquid, not a tank.
 
 mod aside;
