@@ -42,6 +42,7 @@ mod kick;
 mod law;
 mod math;
 mod model;
+mod nodes;
 mod params;
 mod particles;
 mod parts;

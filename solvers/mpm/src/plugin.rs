@@ -15,6 +15,7 @@ use cosplat_core::visual::{VisualForm, VisualState};
 use crate::gauge::Gauges;
 use crate::hear::Residuals;
 use crate::model::Model;
+use crate::nodes::Nodes;
 use crate::params::schema;
 use crate::patch::Marks;
 use crate::read::read;
@@ -23,7 +24,6 @@ use crate::show::statics;
 use crate::sim::{Books, Course, Sim};
 use crate::store::Store;
 use crate::swarm::{Felt, Swarm};
-use crate::touch::Nodes;
 use crate::walls::Walls;
 
 /// Stretch clamps per particle and substep above which a result means nothing.

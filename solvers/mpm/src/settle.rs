@@ -2,7 +2,7 @@
 //!
 //! Each place may close its gap and no more: `u_n ≥ -g⁺/dt`, with Coulomb friction, or is held. The impulses follow
 //! from projected Gauss–Seidel over the places: every step is the exact answer of one place with all others fixed, taken
-//! at once by the nodes and by the partner's stand-in or samples, so that the energy of the relative motion never rises and no ratio
+//! at once by the nodes and by the partner's stand-in, so that the energy of the relative motion never rises and no ratio
 //! of masses makes it diverge. Source: Moreau, "Unilateral contact and dry friction in finite freedom dynamics" (1988);
 //! the same scheme for particles: Jean, "The non-smooth contact dynamics method" (1999).
 //!
@@ -16,13 +16,14 @@ use cosplat_core::boundary::{Vec3, add, dot, norm, scale, sub};
 use nalgebra::Vector3;
 
 use crate::grid::{Grid, Substep};
+use crate::nodes::Nodes;
 use crate::proxy::{Free, Partner, Proxy};
 use crate::real::{Lanes, Real};
 use crate::store::Store;
 use crate::swarm::{Cloud, Swarm};
 use crate::tally::Tally;
 use crate::tile::node_position;
-use crate::touch::{Colliders, Moved, Nodes, Touch, least_speed, relative, touches};
+use crate::touch::{Colliders, Moved, Touch, least_speed, relative, touches};
 use crate::walls::{Surface, Walls};
 
 /// Most passes over all places in one substep.
@@ -182,7 +183,8 @@ impl Contact {
     }
 }
 
-/// Change of the impulse where the other side gives way alike in all directions: a wall not at all, samples by their masses.
+/// Change of the impulse where the other side gives way alike in all directions: a wall not at all, samples by their
+/// masses.
 fn on_round(step: &Substep, touch: &Touch, u: Vec3) -> Vec3 {
     let inverse = touch.inverse + touch.gives;
     let least = least_speed(touch, step.dt, step.dx);

@@ -9,6 +9,7 @@ use crate::fbar::FBar;
 use crate::grid::{EMPTY, Grid, Substep};
 use crate::kick::Kicks;
 use crate::law::Law;
+use crate::nodes::Nodes;
 use crate::particles::Tiles;
 use crate::proxy::{Partner, Proxy};
 use crate::push::{Action, Push};
@@ -20,7 +21,6 @@ use crate::store::Store;
 use crate::swarm::{Cloud, Swarm};
 use crate::tally::Tally;
 use crate::topology::Topology;
-use crate::touch::Nodes;
 use crate::walls::Walls;
 
 /// Substeps between two choices of their length, and between two safe copies of the state.
