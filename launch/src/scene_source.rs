@@ -18,6 +18,7 @@ pub(crate) const DEFAULT: &str = "plant-and-rock";
 const BUILT_IN: &[(&str, &str)] = &[
     ("ball-on-block", include_str!("../scenes/ball-on-block.toml")),
     ("ball-on-cloth", include_str!("../scenes/ball-on-cloth.toml")),
+    ("block-on-block", include_str!("../scenes/block-on-block.toml")),
     ("cloth-catches-mud", include_str!("../scenes/cloth-catches-mud.toml")),
     ("cloth-over", include_str!("../scenes/cloth-over.toml")),
     ("cloth-over-plant", include_str!("../scenes/cloth-over-plant.toml")),

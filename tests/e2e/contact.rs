@@ -49,13 +49,14 @@ fn threads_change_no_bit_and_the_scheme_does() {
 
 /// Short and without pictures: whether each pair of solvers couples at all, on one thread as on two.
 #[test]
-fn liquids_and_a_cloth_meet_bodies_of_another_process() {
+fn what_flows_folds_and_bends_meets_bodies_of_another_process() {
     let plain = ["--set", "output.pictures=false", "--set", "output.splats=false", "--set", "output.recording=false"];
-    // The raft has fallen onto the water by then, the silk onto the rock, the mud onto the block.
+    // The raft has fallen onto the water by then, the silk onto the rock, the mud and the jelly onto their blocks.
     for (scene, changes) in [
         ("dam-and-raft", ["--set", "clock.duration=0.35", "--set", "body.water.spacing=0.04"]),
         ("silk-over-rock", ["--set", "clock.duration=0.2", "--set", "body.silk.spacing=0.02"]),
         ("mud-over-block", ["--set", "clock.duration=0.2", "--set", "body.mud.spacing=0.03"]),
+        ("block-on-block", ["--set", "clock.duration=0.25", "--set", "body.jelly.spacing=0.02"]),
     ] {
         let run = |threads: &str| {
             let args = [&["--quiet", "--threads", threads], &plain[..], &changes[..]].concat();
