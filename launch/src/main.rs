@@ -18,6 +18,7 @@ mod report;
 mod rigidify;
 mod scene_place;
 mod scene_source;
+mod stiffness;
 mod study;
 mod supervise;
 mod verdict;

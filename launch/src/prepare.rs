@@ -20,6 +20,7 @@ use crate::render::Paint;
 use crate::rigidify::{self, Decisions, Estimate, rigidify};
 use crate::scene_place;
 use crate::scene_source::{self, Source};
+use crate::stiffness;
 
 /// A scene that can run.
 pub(crate) struct Prepared {
@@ -75,7 +76,7 @@ impl Prepared {
 /// # Errors
 /// Everything that is wrong with it, as far as it can be told at once.
 pub(crate) async fn prepare(source: Source, changes: &SceneArgs, paint: Paint) -> Result<Prepared, Error> {
-    let (mut scene, warnings) = scene_source::parse(&source, &changes.set, paint)?;
+    let (mut scene, mut warnings) = scene_source::parse(&source, &changes.set, paint)?;
     for (key, plugin) in &changes.solver {
         swap_plugin(&mut scene, key, plugin)?;
     }
@@ -88,6 +89,7 @@ pub(crate) async fn prepare(source: Source, changes: &SceneArgs, paint: Paint) -
     let folder = source.file.as_deref().and_then(Path::parent).unwrap_or(Path::new("")).to_owned();
     let folder = std::path::absolute(&folder).unwrap_or(folder);
     let Decisions { left_out, mut kept } = rigidify(&mut scene, |body| geometry::extent(body, &source));
+    warnings.extend(stiffness::split(&mut scene));
     let plugins = find_plugins(&scene, &folder).await?;
     let cores = available_parallelism().map_or(1, usize::from);
     let refused = |refusals: Vec<Refusal>| {

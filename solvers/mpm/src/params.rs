@@ -40,6 +40,11 @@ pub(crate) fn schema() -> Value {
                 "minimum": 0,
                 "description": "Way of sound, in grid cells, in which sand and liquids lose what their particles' motion has beside the grid's: less loses more; default 4, 0 in each substep (APIC)"
             },
+            "split_by_stiffness": {
+                "type": "number",
+                "minimum": 1,
+                "description": "Largest ratio of wave speeds in one process: stiffer bodies get another; heard before the run, not by the solver"
+            },
             "yield_norm": { "enum": ["physical", "genesis"], "description": "Norm compared with the yield stress" },
             "friction_cone": {
                 "enum": ["compression", "shear"],
@@ -69,6 +74,8 @@ impl Params {
                 "courant" => set(&mut params.courant, number),
                 "transfer_memory" => set(&mut params.memory, value.as_f64().filter(|v| v.is_finite() && *v >= 0.0)),
                 "max_substep_s" => set(&mut params.most, number),
+                // Whoever starts the processes has heard it.
+                "split_by_stiffness" => value.as_f64().is_some_and(|v| v >= 1.0),
                 "yield_norm" => {
                     params.norm = if value == "genesis" { YieldNorm::Genesis } else { YieldNorm::Physical };
                     value == "genesis" || value == "physical"
