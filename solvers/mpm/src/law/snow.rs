@@ -166,6 +166,23 @@ mod tests {
     }
 
     #[test]
+    fn equal_stretches_give_the_pressures_of_the_catalogue() {
+        // Kirchhoff pressure and J_p of one equal stretch of all axes, by another program (verification case M9).
+        let cases = [(0.99, 2275.7, 1.0), (0.95, 11597.5, 0.92503), (0.90, 46332.7, 0.78653), (1.02, -1223.3, 1.03769)];
+        for (to, pressure, ratio) in cases {
+            let law = Law::<f64>::snow(LAME, SNOW);
+            let mut l = [[all::<f64>(0.0); 3]; 3];
+            (0..3).for_each(|k| l[k][k] = all::<f64>(to - 1.0));
+            let (b, packed) = (congruence::<f64>(&l, &[all::<f64>(0.0); 6]), all::<f64>(law.start()));
+            let (b, packed) = law.flow(&b, packed, &crate::law::Room::endless()).map_or((b, packed), |n| (n.b, n.past));
+            let found = -one(law.stress(&b, packed, &[[all::<f64>(0.0); 3]; 3])[0]);
+            println!("{to}: {found} Pa, J_p {}", one(packed));
+            // Digits of the table.
+            assert!((found / pressure - 1.0).abs() < 3e-5 && (one(packed) - ratio).abs() < 6e-6, "{found} at {to}");
+        }
+    }
+
+    #[test]
     fn stress_of_the_series_is_that_of_the_eigenvalues() {
         let b = [0.03, -0.045, 0.01, 0.004, -0.012, 0.007].map(all::<f64>);
         let snow = Snow::<f64>::new(LAME, SNOW);
