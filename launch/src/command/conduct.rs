@@ -17,7 +17,7 @@ use crate::folder::record::{self, Facts};
 use crate::folder::recorder::Recorder;
 use crate::folder::summary::{self, Status, Summary};
 use crate::folder::{RUN, RunFolder, recording};
-use crate::frames::{FrameRecorder, Frames, Row, Wanted};
+use crate::frames::{FrameRecorder, Frames, Row, Wanted, liquids};
 use crate::prepare::Prepared;
 use crate::progress::Progress;
 use crate::supervise::usage::Usage;
@@ -100,6 +100,7 @@ impl<'a> Conduct<'a> {
             windows_per_frame: recorder.windows_per_frame,
             shot,
             live: viewer.map(|v| v.to),
+            liquids: liquids(scene),
             drawn: geometry.drawn.clone(),
             rows,
         };

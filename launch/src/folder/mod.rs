@@ -49,6 +49,8 @@ pub(crate) const VIDEO: &str = "video.mp4";
 pub(crate) const CONDITIONS: &str = "conditions";
 /// Each frame as a splat file.
 pub(crate) const SPLATS: &str = "splats";
+/// The surface of each liquid at each frame as a mesh.
+pub(crate) const SURFACES: &str = "surfaces";
 /// Gaussians, particles, impulses and curves over time.
 pub(crate) const RECORDING: &str = "run.rrd";
 /// What a run is taken up from after it was stopped or killed, where it was asked to keep that.
@@ -188,7 +190,7 @@ fn remove_old(path: &Path) -> io::Result<()> {
             absent_is_fine(fs::remove_file(entry.path()))?;
         }
     }
-    for folder in [PICTURES, CONDITIONS, SPLATS, CHECKPOINTS] {
+    for folder in [PICTURES, CONDITIONS, SPLATS, SURFACES, CHECKPOINTS] {
         absent_is_fine(fs::remove_dir_all(path.join(folder)))?;
     }
     for name in [SUMMARY, REPORT, PREVIEW, VIDEO, RECORDING, LEDGER, PROBES, TRACE, RUN] {

@@ -13,7 +13,9 @@ use super::ledger::Ledger;
 use super::probes::{self, Probes};
 use super::tally::Tally;
 use super::trace::Trace;
-use super::{CONDITIONS, LEDGER, PICTURES, PREVIEW, PROBES, RECORDING, RUN, RunFolder, SPLATS, SUMMARY, TRACE, VIDEO};
+use super::{
+    CONDITIONS, LEDGER, PICTURES, PREVIEW, PROBES, RECORDING, RUN, RunFolder, SPLATS, SUMMARY, SURFACES, TRACE, VIDEO,
+};
 use crate::exit::{Code, Error, Problem};
 use crate::frames::Frames;
 
@@ -202,6 +204,7 @@ impl Recorder<'_> {
             (frames.has_film, "video", VIDEO),
             (output.preset.is_some() && !frames.pictures.is_empty(), "conditions", CONDITIONS),
             (!frames.splats.is_empty(), "splats", SPLATS),
+            (!frames.surfaces.is_empty(), "surfaces", SURFACES),
             (output.recording, "recording", RECORDING),
         ];
         all.into_iter().filter(|(is_there, ..)| *is_there).map(|(_, part, name)| (part, name)).collect()

@@ -7,7 +7,7 @@ use cosplat_core::scene::OutputSpec;
 use cosplat_viewer::Shot;
 
 use super::rows::Row;
-use super::{Drawn, LiveTo};
+use super::{Drawn, Liquid, LiveTo};
 use crate::folder::{PICTURES, SPLATS};
 
 /// What is to be made.
@@ -32,6 +32,8 @@ pub(crate) struct Wanted {
     pub(crate) shot: Shot,
     /// Where it is shown while the run goes on.
     pub(crate) live: Option<LiveTo>,
+    /// Liquids, of which surfaces may be wanted.
+    pub(crate) liquids: Vec<Liquid>,
     /// All that is drawn.
     pub(crate) drawn: Vec<Drawn>,
     /// Curves and impulses, as windows are settled.
@@ -47,6 +49,8 @@ pub(crate) struct Frames {
     pub(crate) pictures: Vec<String>,
     /// Splat files, below the run folder, in order.
     pub(crate) splats: Vec<String>,
+    /// Surfaces of liquids, below the run folder, in order.
+    pub(crate) surfaces: Vec<String>,
     /// Whether there is a film.
     pub(crate) has_film: bool,
     /// Who drew, and why.
@@ -57,7 +61,7 @@ pub(crate) struct Frames {
     pub(crate) skin_s: f64,
     /// Wall time of drawing and writing pictures \[s\].
     pub(crate) draw_s: f64,
-    /// Wall time of writing splat files \[s\].
+    /// Wall time of writing splat files and surfaces \[s\].
     pub(crate) write_s: f64,
     /// Wall time of recording \[s\].
     pub(crate) record_s: f64,

@@ -13,6 +13,7 @@ mod opening;
 mod rows;
 mod sequence;
 mod stage;
+mod surfaces;
 mod worker;
 
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
@@ -30,6 +31,7 @@ pub(crate) use body::{Cloth, Drawn, Look, borrowed};
 pub(crate) use files::{Frames, Wanted};
 pub(crate) use live::LiveTo;
 pub(crate) use rows::Row;
+pub(crate) use surfaces::{Liquid, liquids};
 use worker::Worker;
 
 /// Frames that may wait for the worker.

@@ -24,7 +24,8 @@ use super::moment::Item;
 use super::rows::Sums;
 use super::sequence::Sequence;
 use super::stage::{Stage, options, renderer};
-use crate::folder::{CONDITIONS, PICTURES, PREVIEW, SPLATS};
+use super::surfaces::Surfaces;
+use crate::folder::{CONDITIONS, PICTURES, PREVIEW, SPLATS, SURFACES};
 
 /// Everything that turns frames into files.
 pub(super) struct Worker {
@@ -35,6 +36,7 @@ pub(super) struct Worker {
     conditions: Option<Conditions>,
     preview: Preview,
     sequence: Sequence,
+    surfaces: Option<Surfaces>,
     sums: Sums,
     done: Frames,
     /// Whether this life of the run has recorded anything.
@@ -48,7 +50,12 @@ impl Worker {
     pub(super) fn new(wanted: Wanted) -> Result<Self, String> {
         let output = &wanted.output;
         let renderer = renderer(output)?;
-        let folders = [(PICTURES, output.pictures), (CONDITIONS, output.preset.is_some()), (SPLATS, output.splats)];
+        let folders = [
+            (PICTURES, output.pictures),
+            (CONDITIONS, output.preset.is_some()),
+            (SPLATS, output.splats),
+            (SURFACES, output.surfaces.is_some()),
+        ];
         for (folder, is_wanted) in folders {
             if is_wanted {
                 make_folder(&wanted.folder.join(folder))?;
@@ -63,7 +70,10 @@ impl Worker {
             pictures_per_second: wanted.frames_per_second.round().clamp(1.0, 100.0) as u16,
             ..PreviewOptions::default()
         });
+        let surfaces = wanted.output.surfaces;
+        let surfaces = surfaces.map(|form| Surfaces::new(wanted.folder.clone(), form, wanted.liquids.clone()));
         Ok(Self {
+            surfaces,
             sequence: Sequence::new(&wanted.folder, output.splat_form),
             wanted,
             recording,
@@ -112,6 +122,7 @@ impl Worker {
             self.done.skin_s += began.elapsed().as_secs_f64();
             self.draw(&players, &frame, &visual)?;
             self.write(&players, visual.number)?;
+            self.write_surfaces(&visual)?;
             self.record(&players, &visual)?;
             self.done.taken += 1;
         }
@@ -138,6 +149,7 @@ impl Worker {
         if self.wanted.output.splats {
             self.done.splats = self.sequence.take_over(taken)?;
         }
+        self.done.surfaces = self.surfaces.as_ref().map(|s| s.of_earlier(taken)).unwrap_or_default();
         self.done.left_out.extend(self.conditions.as_ref().and_then(|_| lost_at(taken)));
         self.done.taken = taken;
         Ok(())
@@ -189,6 +201,18 @@ impl Worker {
         let name = self.sequence.write(number, &merge(&sets).map_err(|e| e.to_string())?)?;
         self.note(&name);
         self.done.splats.push(name);
+        self.done.write_s += began.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    fn write_surfaces(&mut self, visual: &VisualFrame) -> Result<(), String> {
+        let Some(surfaces) = &self.surfaces else { return Ok(()) };
+        let began = Instant::now();
+        let names = surfaces.write(visual)?;
+        for name in &names {
+            self.note(name);
+        }
+        self.done.surfaces.extend(names);
         self.done.write_s += began.elapsed().as_secs_f64();
         Ok(())
     }
@@ -249,6 +273,7 @@ impl Worker {
         if let Some(live) = self.live {
             live.finish();
         }
+        self.done.left_out.extend(self.surfaces.as_ref().and_then(Surfaces::left_out));
         self.done.drawn_by = self.renderer.why().to_owned();
         Ok(self.done)
     }

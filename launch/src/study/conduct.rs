@@ -18,8 +18,14 @@ use crate::supervise::signals::Signals;
 /// Pictures, which only sheets need.
 const PICTURES: &str = "output.pictures=false";
 /// What a study does without: it measures solvers and coupling, not files and pictures.
-const WITHOUT: [&str; 5] =
-    ["output.trace=false", "output.report=false", PICTURES, "output.splats=false", "output.recording=false"];
+const WITHOUT: [&str; 6] = [
+    "output.trace=false",
+    "output.report=false",
+    PICTURES,
+    "output.splats=false",
+    "output.surfaces=false",
+    "output.recording=false",
+];
 /// Longest part of a folder's name that says what was varied.
 const LONGEST: usize = 60;
 

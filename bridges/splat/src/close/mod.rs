@@ -15,7 +15,7 @@
 //! than two cells are lost, and sheets nearer than two cells become one.
 
 mod choose;
-mod nets;
+pub(crate) mod nets;
 mod normals;
 mod poisson;
 
@@ -26,6 +26,7 @@ use thiserror::Error;
 use crate::grid::Grid;
 use crate::linalg::wide;
 use crate::splats::{Extra, Splats, logit_of_opacity};
+pub(crate) use poisson::Field;
 
 /// Name of the property that tells transparent Gaussians from captured ones: 1 for those that close holes.
 pub const LABEL: &str = "closing";

@@ -9,7 +9,7 @@ const NONE: u32 = u32::MAX;
 
 /// Triangles between the negative and the positive side, counter-clockwise seen from the positive one. A vertex is the mean
 /// of the places where edges of its cell pass zero. The surface ends at the border of the grid.
-pub(super) fn surface(field: &Field) -> TriangleMesh {
+pub(crate) fn surface(field: &Field) -> TriangleMesh {
     let [nx, ny, nz] = field.size;
     let mut mesh = TriangleMesh::default();
     let mut vertex = vec![NONE; field.values.len()];

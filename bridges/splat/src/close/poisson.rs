@@ -21,11 +21,11 @@ const RESIDUAL: f64 = 1e-4;
 const STEPS: usize = 80;
 
 /// Values at the nodes of a grid, x fastest.
-pub(super) struct Field {
-    pub(super) lower: Vector3<f64>,
-    pub(super) cell: f64,
-    pub(super) size: [usize; 3],
-    pub(super) values: Vec<f32>,
+pub(crate) struct Field {
+    pub(crate) lower: Vector3<f64>,
+    pub(crate) cell: f64,
+    pub(crate) size: [usize; 3],
+    pub(crate) values: Vec<f32>,
 }
 
 /// The eight nodes around a place, and the share of each.
@@ -84,12 +84,12 @@ impl Field {
     }
 
     /// Trilinear.
-    pub(super) fn at(&self, p: Vector3<f64>) -> f64 {
+    pub(crate) fn at(&self, p: Vector3<f64>) -> f64 {
         let (base, part) = self.around(p, Vector3::zeros(), self.size);
         f64::from(gather(&self.values, self.index(base), part, self.strides()))
     }
 
-    pub(super) fn index(&self, c: [usize; 3]) -> usize {
+    pub(crate) fn index(&self, c: [usize; 3]) -> usize {
         (c[2] * self.size[1] + c[1]) * self.size[0] + c[0]
     }
 

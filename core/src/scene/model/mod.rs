@@ -138,6 +138,9 @@ pub struct OutputSpec {
     /// In which form.
     #[serde(default)]
     pub splat_form: SplatForm,
+    /// Write the surface of each liquid as a mesh at each frame, and in which format.
+    #[serde(default)]
+    pub surfaces: Option<MeshForm>,
     /// Write a recording for the viewer.
     pub recording: bool,
     /// Make a film of the pictures.
@@ -168,6 +171,16 @@ pub enum SplatForm {
     Spz,
     /// The first frame as `.ply`, of the others what has changed since.
     Compact,
+}
+
+/// Format of meshes that are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MeshForm {
+    /// Text, for every program.
+    Obj,
+    /// Binary.
+    Ply,
 }
 
 /// Who draws the pictures.
@@ -211,7 +224,7 @@ impl Preset {
 impl OutputSpec {
     /// Whether anything needs frames.
     pub fn draws(&self) -> bool {
-        self.pictures || self.splats || self.recording || self.live
+        self.pictures || self.splats || self.surfaces.is_some() || self.recording || self.live
     }
 }
 
@@ -223,6 +236,7 @@ impl Default for OutputSpec {
             pictures: false,
             splats: false,
             splat_form: SplatForm::default(),
+            surfaces: None,
             recording: false,
             video: false,
             live: false,

@@ -8,7 +8,7 @@ use super::limits::{Limits, number};
 use super::node::Value;
 use super::value::At;
 use crate::scene::model::{
-    Break, ClockSpec, MotionRule, OutputSpec, Preset, RendererSpec, RunSpec, Scheme, Space, SplatForm,
+    Break, ClockSpec, MeshForm, MotionRule, OutputSpec, Preset, RendererSpec, RunSpec, Scheme, Space, SplatForm,
 };
 
 const TIME: Limits = Limits::positive("s");
@@ -24,6 +24,9 @@ pub(super) const AXES: [(&str, usize); 3] = [("x", 0), ("y", 1), ("z", 2)];
 /// Forms of splat files, by name.
 const FORMS: [(&str, SplatForm); 3] =
     [("ply", SplatForm::Ply), ("spz", SplatForm::Spz), ("compact", SplatForm::Compact)];
+
+/// Formats of meshes, by name.
+const MESHES: [(&str, MeshForm); 2] = [("obj", MeshForm::Obj), ("ply", MeshForm::Ply)];
 
 /// Who draws, by name.
 const RENDERERS: [(&str, RendererSpec); 3] =
@@ -146,6 +149,7 @@ pub(super) fn output(root: &Fields<'_>, clock: Option<&mut ClockSpec>) -> Output
             pictures: framed("pictures", has_frames),
             splats,
             splat_form,
+            surfaces: surfaces(fields, has_frames),
             recording: framed("recording", has_frames),
             video: made_of_pictures(fields, "video", video, has_frames),
             live: false,
@@ -168,6 +172,16 @@ fn splats(fields: &Fields<'_>, has_frames: bool, framed: &dyn Fn(&'static str, b
         at.error("`splats` needs frames, and the scene has no frame rate".to_owned(), Some(help));
     }
     (has_frames, at.word(&FORMS).unwrap_or_default())
+}
+
+/// Whether surfaces of liquids are written, and in which format: `false`, or the name of one.
+fn surfaces(fields: &Fields<'_>, has_frames: bool) -> Option<MeshForm> {
+    let at = fields.get("surfaces").filter(|at| !matches!(at.node.value, Value::Flag(false)))?;
+    if !has_frames {
+        let help = "add `fps` to `[clock]`, for example `fps = 24`".to_owned();
+        at.error("`surfaces` needs frames, and the scene has no frame rate".to_owned(), Some(help));
+    }
+    at.word(&MESHES).filter(|_| has_frames)
 }
 
 /// A preset, for which the clock has to give as many frames as it needs.

@@ -1,7 +1,9 @@
 //! `[output]`: what a run leaves beside its ledger.
 
 use super::*;
-use crate::scene::{CameraSpec, CameraStop, CameraTravel, OutputSpec, Preset, RendererSpec, Scene, SplatForm};
+use crate::scene::{
+    CameraSpec, CameraStop, CameraTravel, MeshForm, OutputSpec, Preset, RendererSpec, Scene, SplatForm,
+};
 
 fn scene(clock: &str, output: &str) -> Result<Scene, Vec<Diagnostic>> {
     let body = "[[body]]\nname = \"a\"\nsolver = \"s\"\nmaterial = \"point-mass\"\nmass = 1\npoints = [[0, 0, 0]]\n";
@@ -41,6 +43,22 @@ fn splat_files_have_a_form() {
         ("fps = 24", "3", "must be true or false"),
         ("", "\"spz\"", "`splats` needs frames"),
     ] {
+        let found = form(clock, value).unwrap_err();
+        assert!(found.len() == 1 && found[0].message.contains(word), "{value}: {found:?}");
+    }
+}
+
+#[test]
+fn surfaces_of_liquids_have_a_format() {
+    let form =
+        |clock: &str, value: &str| scene(clock, &format!("[output]\nsurfaces = {value}")).map(|s| s.output.surfaces);
+    assert_eq!(scene("fps = 24", "").unwrap().output.surfaces, None);
+    assert_eq!(form("fps = 24", "\"obj\""), Ok(Some(MeshForm::Obj)));
+    assert_eq!(form("fps = 24", "\"ply\""), Ok(Some(MeshForm::Ply)));
+    assert_eq!(form("", "false"), Ok(None));
+    for (clock, value, word) in
+        [("fps = 24", "\"stl\"", "`surfaces` cannot be"), ("fps = 24", "3", "must be"), ("", "\"obj\"", "needs frames")]
+    {
         let found = form(clock, value).unwrap_err();
         assert!(found.len() == 1 && found[0].message.contains(word), "{value}: {found:?}");
     }
