@@ -31,8 +31,8 @@ pub(crate) struct Pair {
     /// Impulse so far \[N s\]: along the normal, and across.
     pub(crate) pressed: f64,
     pub(crate) rubbed: Vec3,
-    /// Once it has rubbed; within, nothing where its points lie on a line.
-    pub(crate) turn: Option<Option<Turn>>,
+    /// Once it has rubbed.
+    pub(crate) turn: Option<Turn>,
 }
 
 impl Pair {
@@ -59,8 +59,8 @@ impl Pair {
             return;
         }
         // Positions are those of the start of the substep in all turns.
-        let of = || Turn::of(at.map(|v| v.x), scale(self.normal, self.apart));
-        let Some(turn) = *self.turn.get_or_insert_with(of) else { return };
+        self.turn = self.turn.or_else(|| Turn::of(at.map(|v| v.x), scale(self.normal, self.apart)));
+        let Some(turn) = self.turn else { return };
         let slip = sub(self.velocity(vertices), turn.drag(self.ends.map(|i| vertices[i as usize].u)));
         let slip = sub(slip, scale(self.normal, dot(slip, self.normal)));
         let speed = norm(slip);

@@ -3,7 +3,7 @@
 //! A sample is a bead as thick as its particle, and is met from either side (`cover`, `side`). It moves as the partner
 //! said, and by the impulses it has taken in this window at its own mass, so that a light body gives way.
 
-use cosplat_core::boundary::{SampleStatics, Samples, Vec3, add, norm, scale};
+use cosplat_core::boundary::{SampleStatics, Samples, Vec3, add, norm, scale, sub};
 use cosplat_core::plugin::PartnerInput;
 use rayon::prelude::*;
 
@@ -173,7 +173,8 @@ impl<'a> Swarm<'a> {
         let bead = |c: &Contact| {
             let [sample, _] = c.samples;
             let touching = self.marks.radius[sample as usize] + half;
-            Bead { sample, x: self.now[sample as usize][0], touching, triangle: c.triangle }
+            let distance = (c.gap + touching).abs();
+            Bead { sample, x: self.now[sample as usize][0], touching, distance, triangle: c.triangle }
         };
         self.contacts.iter().filter(|c| c.share == 0.0 && takes(c)).map(bead).collect()
     }
@@ -181,11 +182,14 @@ impl<'a> Swarm<'a> {
     /// How many seams between samples go through the cloth at `t` \[s\] from the start of the window.
     pub(crate) fn cut(&mut self, (mesh, vertices): (&Mesh, &[Vertex]), half: f64, t: f64) -> u64 {
         self.at(t);
-        // Both ends of such a seam are nearer to the cloth together than its length, which is less than where they touch.
-        let beads = self.beads(half, |c| c.gap.abs() < self.marks.thickest + half);
+        let beads = self.beads(half, |_| true);
         let corners = |t: u32| mesh.triangles[t as usize].map(|i| vertices[i as usize].x);
         let mut all = Vec::new();
         seam::seams(&beads, |[a, b], _| {
+            // Both ends of such a seam together are no further from the cloth than it is long, but for a last motion.
+            if a.distance + b.distance > norm(sub(b.x, a.x)) + 0.5 * a.touching {
+                return;
+            }
             let known = self.list.samples.binary_search(&a.sample).map_or(&[][..], |place| self.list.of(place));
             if known.iter().any(|&t| seam::crosses([a.x, b.x], corners(t))) {
                 all.push([a.sample, b.sample]);

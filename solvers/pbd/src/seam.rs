@@ -20,6 +20,8 @@ pub(crate) struct Bead {
     pub(crate) sample: u32,
     pub(crate) x: Vec3,
     pub(crate) touching: f64,
+    /// From the cloth, when it was last looked at.
+    pub(crate) distance: f64,
     pub(crate) triangle: u32,
 }
 
@@ -117,7 +119,8 @@ mod tests {
         let found = |rim: f64| {
             let x = [[rim, -1.0, 0.0], [rim, 1.0, 0.0], [rim - 2.0, 0.0, 0.0]];
             let vertices: Vec<Vertex> = x.iter().map(|&x| Vertex { x, ..Vertex::default() }).collect();
-            let bead = |sample: u32, z: f64| Bead { sample, x: [0.0, 0.1, z], touching: 0.5, triangle: 0 };
+            let bead =
+                |sample: u32, z: f64| Bead { sample, x: [0.0, 0.1, z], touching: 0.5, distance: z.abs(), triangle: 0 };
             let all = contacts(&[bead(4, -0.3), bead(7, 0.3)], &mesh, &vertices);
             all.into_iter().map(|c| (c.out, c.gap)).min_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
         };

@@ -99,7 +99,7 @@ const ON_EDGE: [[f64; 3]; 2] = [[0.8, 0.6, 0.0], [0.0, 0.0, 1.0]];
 
 #[test]
 fn a_flat_leaf_does_not_come_through_from_either_side() {
-    for speed in [0.5, 4.0] {
+    for speed in [0.5, 4.0, 20.0] {
         push(FLAT, -0.01, speed);
         push(FLAT, 0.01, -speed);
     }
@@ -108,10 +108,65 @@ fn a_flat_leaf_does_not_come_through_from_either_side() {
 #[test]
 fn a_leaf_on_its_edge_does_not_come_through_from_either_side() {
     let below = -0.01 - 0.5 * WIDTH * (ROW - 1) as f64;
-    for speed in [0.5, 4.0] {
+    for speed in [0.5, 4.0, 20.0] {
         push(ON_EDGE, below, speed);
         push(ON_EDGE, -below, -speed);
     }
+}
+
+/// Samples of a leaf that stands across the plane of the cloth: along z, and away from the cloth.
+const STANDING: [usize; 2] = [12, 4];
+/// Their distance \[m\]: the plane of the cloth lies halfway between two rows.
+const CLOSE: f64 = 0.006;
+
+#[test]
+fn a_rim_does_not_slide_in_between_neighbouring_samples() {
+    let source = Source::Plane { size_m: Some([SPACING * SQUARES as f64; 2]) };
+    let mut body = parts::body("sheet", cloth(1e-4, 1e3), source, [0.0; 3]);
+    body.spacing_m = Some(SPACING);
+    let (windows, speed) = (20, -0.5);
+    let mut scene = parts::solver_scene("pbd", vec![body], windows, WINDOW);
+    scene.params.insert("thickness_m".into(), 0.003.into());
+    let rim = 0.5 * SPACING * SQUARES as f64;
+    let pins: Vec<[f64; 3]> = (0..=SQUARES).map(|j| [-rim, SPACING * j as f64 - rim, 0.0]).collect();
+    scene.params.insert("pins".into(), serde_json::json!({ "sheet": pins }));
+    let mut view = parts::view(1, ViewRole::ContactResolver, "sheet", "leaf", Vec::new());
+    view.partner_form = BoundaryForm::SamplesF64 { normals: true };
+    view.pair = Some(pair("sheet", "leaf", 0.3));
+    scene.interfaces = vec![view];
+    let mut run = Run::new(scene);
+    let [n, m] = STANDING;
+    let count = n * m;
+    let statics = SampleStatics {
+        area_m2: vec![CLOSE * CLOSE; count],
+        volume_m3: vec![CLOSE.powi(3); count],
+        // Too heavy to give way: where it is, is prescribed.
+        ..SampleStatics::equal(count, 1e6)
+    };
+    run.plugin.connect(&[PartnerSetup { interface: 1, statics }]).expect("a partner");
+    // Beside the middle of an edge, and from beyond where beads of 4.5 mm touch.
+    let place = |t: f64, k: usize| {
+        let z = CLOSE * ((k % n) as f64 - 0.5 * (n - 1) as f64);
+        [rim + 0.006 + CLOSE * (k / n) as f64 + speed * t, 0.004, z]
+    };
+    let at = |t: f64| (0..count).map(|k| place(t, k)).collect::<Vec<_>>();
+    let up = (0..count).filter(|k| k % n + 1 < n).map(|k| [k, k + 1]);
+    let edges: Vec<[usize; 2]> = up.chain((0..n * (m - 1)).map(|k| [k, k + n])).collect();
+    let triangles = squares(SQUARES);
+    for window in 0..windows {
+        let t = WINDOW * window as f64;
+        let samples =
+            Samples { position: at(t), velocity: vec![[speed, 0.0, 0.0]; count], normal: vec![[0.0, 0.0, 1.0]; count] };
+        let now = BoundaryState::Samples(samples);
+        let input = PartnerInput { interface: 1, rule: MotionRule::Linear, now, next: None, length_s: WINDOW };
+        let out = run.step_with(&Inputs { partners: vec![input], impulses: Vec::new() }).expect("a step");
+        let through = pierced(&at(t + WINDOW), &edges, &run.vertices("sheet"), &triangles);
+        assert_eq!((through, out.report.counters["final-neighbours with cloth between"]), (0, 0), "window {window}");
+    }
+    // It has been pushed back by most of the way of 2 cm.
+    let middle = run.vertices("sheet")[(SQUARES + 1) * (SQUARES / 2) + SQUARES];
+    assert!(middle[0] < rim - 0.005, "{middle:?}");
+    assert!(run.defect[0] < 1e-12 * run.gross && run.defect[1] < 1e-12 * run.gross, "{:?}", run.defect);
 }
 
 #[test]
