@@ -56,6 +56,7 @@ pub(crate) fn estimates(summary: &Summary) -> Vec<Estimate> {
     found.extend(summary.interfaces.iter().filter_map(impulse));
     found.extend(summary.interfaces.iter().filter_map(|i| link_place(i, summary)));
     found.extend(rise(summary, moved));
+    found.extend(balance(summary, moved));
     for process in &summary.processes {
         let Some(counters) = summary.counters.get(&process.name) else { continue };
         let counted = |name: &str| counters.get(name).copied().unwrap_or_default() as f64;
@@ -117,6 +118,8 @@ fn thickness_m(source: &Source) -> Option<f64> {
     }
 }
 
+/// Part of the energy that moved below which a balance is closed: sums over many windows of numbers of 16 digits.
+const ROUNDING: f64 = 1e-9;
 /// Part of the energy of a scene at rest below which a change is noise.
 const STILL: f64 = 1e-4;
 
@@ -216,6 +219,23 @@ fn rise(summary: &Summary, moved: f64) -> Option<Estimate> {
     Some(estimate("rise of the energy", "total", [value, RISE], meaning, remedy))
 }
 
+/// What was made and taken away again: no rise of the energy shows it.
+fn balance(summary: &Summary, moved: f64) -> Option<Estimate> {
+    let total = summary.energy.iter().find(|e| e.name == "total")?;
+    let start = total.initial_j.unwrap_or(total.first_j);
+    let value = (total.max_balance_j - start) / moved;
+    if moved <= 0.0 || value <= ROUNDING {
+        return None;
+    }
+    let meaning = format!(
+        "energy and what was dissipated of it came to {} of what moved more than there was: something makes energy that \
+         friction and viscosity take away, in the exchange or in a solver whose losses are estimates",
+        percent(value)
+    );
+    let remedy = "halve `clock.window`: where the exchange makes it this halves it or better, for twice the exchanges";
+    Some(estimate("balance of the energy", "total", [value, ENERGY], meaning, remedy))
+}
+
 fn compression(of: &str, value: f64) -> Option<Estimate> {
     let meaning =
         format!("the liquid is compressed by up to {}: volumes and levels are off by as much", percent(value));
@@ -295,6 +315,9 @@ mod tests {
         summary.interfaces = vec![defect(0.1), defect(-1e-6), contact];
         let found = estimates(&summary);
         // A tenth of a joule of the two that moved.
+        summary.energy[1].max_balance_j = 1.4;
+        let balance = estimates(&summary).into_iter().find(|e| e.name == "balance of the energy").unwrap();
+        assert!((balance.value - 0.2).abs() < 1e-12 && balance.is_high, "{balance:?}");
         assert!((found[0].value - 0.05).abs() < 1e-12 && found[0].is_high, "{found:?}");
         assert!(!found[1].is_high && found[1].meaning.contains("took"), "{found:?}");
         assert!(!found[2].is_high && found[2].meaning.contains("friction"), "{found:?}");
