@@ -137,16 +137,17 @@ fn mark(paint: Paint, verdict: &Verdict) -> String {
 fn energy(lines: &mut Lines, summary: &Summary) {
     let Some(total) = summary.energy.last().filter(|_| summary.windows > 0) else { return };
     let initial = total.initial_j.map_or_else(String::new, |e| format!("{} J at the start, ", short(e)));
-    let mut text = format!(
-        "{initial}{} J at the end, between {} and {} J, {} J dissipated",
+    let supplied = match total.supplied_j {
+        0.0 => String::new(),
+        some => format!(", {} J supplied from outside", short(some)),
+    };
+    let text = format!(
+        "{initial}{} J at the end, between {} and {} J, {} J dissipated{supplied}",
         short(total.final_j),
         short(total.min_j),
         short(total.max_j),
         short(total.dissipated_j)
     );
-    if total.supplied_j != 0.0 {
-        text += &format!(", {} J supplied from outside", short(total.supplied_j));
-    }
     lines.add("energy", &text);
 }
 

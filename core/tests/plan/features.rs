@@ -50,7 +50,7 @@ fn everything_a_plugin_lacks_is_refused_at_once_and_by_name() {
     let action = |kind| Action { kind, bodies: Vec::new(), from_s: 0.0, until_s: None };
     scene.actions = vec![
         action(ActionKind::Gravity { acceleration_m_s2: [0.0, 0.0, -9.81] }),
-        action(ActionKind::Impulse { impulse_n_s: [1.0, 0.0, 0.0], at_m: None, along: None }),
+        action(ActionKind::Impulse { impulse_n_s: [1.0, 0.0, 0.0], at_m: None }),
     ];
     scene.probes = vec![
         probe("push", ProbeQuantity::Strain, Some("thing")),

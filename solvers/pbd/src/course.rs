@@ -74,6 +74,19 @@ pub(crate) struct Books {
     pub(crate) left: f64,
 }
 
+impl Books {
+    /// Adds what happened in one block.
+    pub(crate) fn take(&mut self, desk: &Desk) {
+        self.driven.add(&desk.driven);
+        self.supplied += desk.supplied;
+        self.held.add(&desk.held);
+        self.touches += desk.count;
+        for (sum, one) in self.kicks.iter_mut().zip(&desk.kicks) {
+            sum.add(one);
+        }
+    }
+}
+
 /// Books of one block in one substep.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Desk {

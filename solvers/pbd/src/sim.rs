@@ -187,8 +187,8 @@ impl Sim {
                     }
                     desk.pushes.push(driven);
                     if supplies {
-                        let weight = if vertex.w > 0.0 { vertex.mass } else { 0.0 };
-                        desk.supplies.push(sub(driven, scale(push.weight(self.owner[from + k] as usize), weight)));
+                        let weight = push.weight(self.owner[from + k] as usize);
+                        desk.supplies.push(beyond_weight(vertex, driven, weight));
                     }
                     for (&(impulses, share), tally) in kicks.iter().zip(&mut desk.kicks) {
                         kick(vertex, scale(impulses[from + k], share), tally, &mut desk.held);
@@ -229,15 +229,8 @@ impl Sim {
         }
         self.touch_and_move(course, desks, start, &kicks, (t, h));
         course.kicks = given;
-        let books = &mut course.books;
         for desk in desks.iter() {
-            books.driven.add(&desk.driven);
-            books.supplied += desk.supplied;
-            books.held.add(&desk.held);
-            books.touches += desk.count;
-            for (sum, one) in books.kicks.iter_mut().zip(&desk.kicks) {
-                sum.add(one);
-            }
+            course.books.take(desk);
         }
     }
 }
@@ -255,6 +248,11 @@ fn pushed(vertex: &mut Vertex, body: usize, push: &Push, desk: &mut Desk) -> Vec
         desk.driven.give(vertex, impulse);
     }
     impulse
+}
+
+/// What of an impulse \[N s\] on a vertex is not gravity's, which changes velocities by `weight` \[m/s\].
+fn beyond_weight(vertex: &Vertex, impulse: Vec3, weight: Vec3) -> Vec3 {
+    if vertex.w > 0.0 { sub(impulse, scale(weight, vertex.mass)) } else { impulse }
 }
 
 /// An impulse on a vertex; one that is fixed hands it on to the world.
