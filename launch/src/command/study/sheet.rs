@@ -32,7 +32,7 @@ const PICTURE: &str = "sheet.png";
 const EXAMPLES: &str = "\
 Examples:
   cosplat study sheet impacts                   four materials under three strikers
-  cosplat study sheet my-scene.toml --rows clock.window=0.02,0.01 --columns clock.link_scheme=serial,alternating";
+  cosplat study sheet my-scene.toml --rows clock.window=0.02,0.01";
 
 const INSIDE: &str = "\
 A key that is given again in another `--rows` varies together with the first: row i takes the i-th value of each. The \
