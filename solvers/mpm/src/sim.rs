@@ -7,7 +7,7 @@ use cosplat_core::plugin::{PluginError, Pulse, Signal};
 use crate::contact::Pairs;
 use crate::fbar::FBar;
 use crate::grid::{EMPTY, Grid, Substep};
-use crate::kick::Kicks;
+use crate::kick::{AtNodes, Kicks};
 use crate::law::Law;
 use crate::nodes::Nodes;
 use crate::particles::Tiles;
@@ -108,6 +108,8 @@ pub(crate) struct Sim<R: Real> {
     f_bar: FBar<R>,
     grid: Grid<R>,
     pub(crate) contact: Nodes,
+    /// Impulses of partners at the nodes.
+    at_nodes: AtNodes,
     /// Particles at the start of the segment.
     safe: Store<R>,
 }
@@ -141,6 +143,7 @@ impl<R: Real> Sim<R> {
             f_bar: FBar::default(),
             grid: Grid::default(),
             contact: Nodes::default(),
+            at_nodes: AtNodes::default(),
             safe: Store::default(),
         };
         sim.rebuild(true);
@@ -246,7 +249,7 @@ impl<R: Real> Sim<R> {
 
     /// One substep. False when it left the range in which its result means anything.
     fn substep(&mut self, course: &mut Course, from: f64, dt: f64) -> bool {
-        let Self { setting, store, walls, shores, topology, tiles, f_bar, grid, contact, .. } = self;
+        let Self { setting, store, walls, shores, topology, tiles, f_bar, grid, contact, at_nodes, .. } = self;
         let parallel = setting.threads && store.len() >= SERIAL_BELOW;
         let step = Substep { topology, dx: setting.dx, dt, empty: EMPTY * setting.lightest, parallel };
         let start = course.start + from;
@@ -255,6 +258,7 @@ impl<R: Real> Sim<R> {
         f_bar.average(&step, store, &setting.laws);
         tiles.fill(&step, store, (&setting.laws, f_bar), &setting.keeps);
         grid.gather(&step, &tiles.list, &tiles.extents, &push);
+        course.kicks.book(&step, store, grid, at_nodes);
         if !tiles.before.is_empty() {
             grid.gather_before(&step, &tiles.before, &tiles.extents, &setting.keeps);
         }

@@ -209,17 +209,7 @@ fn half_width<R: Real>(store: &Store<R>, slot: usize, n: [f64; 3]) -> f64 {
 }
 
 fn touch<R: Real>(step: &Substep, store: &Store<R>, grid: &Grid<R>, nodes: &mut Nodes, found: Found) -> Touch {
-    let reached = &step.topology.reached[found.block as usize];
     let (slot, dx) = (found.slot as usize, step.dx);
-    // Per axis: tile node of the first of three, weights, distances from the particle in cells.
-    let axis = |k: usize| {
-        let x = store.field(slot, X + k);
-        let first = (x - 0.5).floor();
-        let d = x - first - 1.0;
-        let (low, high) = (0.5 - d, 0.5 + d);
-        ((first + 1.0) as usize, [0.5 * low * low, 0.75 - d * d, 0.5 * high * high], [-1.0 - d, -d, 1.0 - d])
-    };
-    let axes = [axis(0), axis(1), axis(2)];
     let tilt = scale(found.way, 4.0 / dx);
     let id = store.ids[slot / 4][slot % 4];
     let mut touch = Touch {
@@ -238,17 +228,39 @@ fn touch<R: Real>(step: &Substep, store: &Store<R>, grid: &Grid<R>, nodes: &mut 
         gives: found.gives,
         impulse: nodes.guess((id, found.cause)),
     };
-    for i in 0..27 {
-        let [a, b, c] = [i / 9, i / 3 % 3, i % 3];
-        let (entry, n) = place([axes[0].0 + a, axes[1].0 + b, axes[2].0 + c], reached);
-        let at = [axes[0].2[a], axes[1].2[b], axes[2].2[c]];
-        let weight = axes[0].1[a] * axes[1].1[b] * axes[2].1[c] * (1.0 + dot(tilt, at));
-        let number = nodes.number((entry, n), step, grid);
+    for (i, (place, own, at)) in around(step, store, found.block, found.slot).into_iter().enumerate() {
+        let weight = own * (1.0 + dot(tilt, at));
+        let number = nodes.number(place, step, grid);
         touch.nodes[i] = number;
         touch.weights[i] = weight;
         touch.inverse += weight * weight * nodes.inverse(number as usize);
     }
     touch
+}
+
+/// Nodes that a particle reaches: entry of the topology and node in it, weight, and the way there from the particle in
+/// cells.
+pub(crate) fn around<R: Real>(
+    step: &Substep,
+    store: &Store<R>,
+    block: u32,
+    slot: u32,
+) -> [((u32, u32), f64, [f64; 3]); 27] {
+    let reached = &step.topology.reached[block as usize];
+    // Per axis: tile node of the first of three, weights, distances from the particle in cells.
+    let axis = |k: usize| {
+        let x = store.field(slot as usize, X + k);
+        let first = (x - 0.5).floor();
+        let d = x - first - 1.0;
+        let (low, high) = (0.5 - d, 0.5 + d);
+        ((first + 1.0) as usize, [0.5 * low * low, 0.75 - d * d, 0.5 * high * high], [-1.0 - d, -d, 1.0 - d])
+    };
+    let axes = [axis(0), axis(1), axis(2)];
+    std::array::from_fn(|i| {
+        let [a, b, c] = [i / 9, i / 3 % 3, i % 3];
+        let at = place([axes[0].0 + a, axes[1].0 + b, axes[2].0 + c], reached);
+        (at, axes[0].1[a] * axes[1].1[b] * axes[2].1[c], [axes[0].2[a], axes[1].2[b], axes[2].2[c]])
+    })
 }
 
 /// Entry and node of a tile node.
