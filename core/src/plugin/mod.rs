@@ -12,6 +12,7 @@ mod heard;
 mod influence;
 mod moving;
 mod points;
+mod push;
 mod refusals;
 mod scene;
 mod state;
@@ -24,6 +25,7 @@ pub use exchange::{
 pub use influence::{Influence, InfluenceKind, OffCentre, hooks, switches};
 pub use moving::Moving;
 pub use points::Points;
+pub use push::{PartAction, PartInfluence, Push, part_actions};
 pub use refusals::Refusals;
 pub use scene::{InterfaceView, OwnView, PartnerSetup, Setup, SetupBoundary, SolverScene, Step, ViewRole};
 pub use state::{StateError, StateHasher, StateReader, StateSink};

@@ -1,9 +1,9 @@
 //! The grid between the two transfers: sum of the tiles, outside influences.
 
 use cosplat_core::boundary::{add, dot, sub};
+use cosplat_core::plugin::Push;
 
 use crate::parts::for_parts;
-use crate::push::Push;
 use crate::real::{Lanes, Real};
 use crate::tally::Tally;
 use crate::tile::{Extent, NODES, Nodes, Tile, node_position};
@@ -124,8 +124,8 @@ fn velocities<R: Real>(
     push: &Push,
     group: &mut Group,
 ) {
-    let weight = push.weight[body];
-    let still = push.fields.is_empty() && push.uniform[body].iter().all(|a| a.abs() < f64::MIN_POSITIVE);
+    let weight = push.weight(body);
+    let still = push.is_still(body);
     for (n, node) in nodes.iter_mut().enumerate() {
         let [px, py, pz, m] = node.array();
         if m.f64() <= step.empty {

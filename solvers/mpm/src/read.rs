@@ -1,13 +1,13 @@
 //! From a solver's part of a scene to a [`Model`], with every feature that is missing refused by name.
 
 use cosplat_core::asset::{Asset, ParticleCloud};
-use cosplat_core::plugin::{PluginError, SolverScene};
+use cosplat_core::plugin::{PluginError, SolverScene, part_actions};
+use cosplat_core::scene::ActionKind;
 use cosplat_core::scene::{Body, ContactLaw, PairSpec, Space};
 
 use crate::contact::Pairs;
 use crate::model::{Model, Shown};
 use crate::params::Params;
-use crate::read_actions::actions;
 use crate::real::Real;
 use crate::sample::extent;
 use crate::sim::Setting;
@@ -43,7 +43,11 @@ pub(crate) fn read<R: Real>(scene: &SolverScene) -> Result<Model<R>, PluginError
     let walls = scene.statics.iter().filter_map(|s| reader.wall(s)).collect();
     let pairs = reader.own_pairs(&shown);
     let (faces, partners, clouds) = reader.interfaces();
-    let actions = actions(scene, &shown, &mut reader.refused);
+    if scene.actions.iter().any(|a| matches!(a.kind, ActionKind::Wind { .. })) {
+        reader.refused.push("wind".into());
+    }
+    let masses: Vec<f64> = shown.iter().map(|s| s.mass).collect();
+    let actions = part_actions(scene, &masses, &mut |what| reader.refused.push(what.into()));
     if !reader.refused.is_empty() {
         return Err(refusal(&reader.refused));
     }

@@ -4,12 +4,11 @@
 //! its kinetic energy `m v²/2 + m (dx²/8) |C|²`: with both, transfers conserve angular momentum exactly.
 
 use cosplat_core::boundary::{Wrench, add, cross, dot, norm, scale, sub};
-use cosplat_core::plugin::{BodyState, Energy};
+use cosplat_core::plugin::{BodyState, Energy, PartInfluence};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use crate::fbar::FBar;
-use crate::push::Influence;
 use crate::real::{Lanes, Real};
 use crate::sim::Sim;
 use crate::store::{B, Block, C, M, PAST, V, VOL};
@@ -118,7 +117,7 @@ impl<R: Real> Sim<R> {
             energy.kinetic_j += sums.kinetic;
             energy.potential_j += sums.elastic;
             for action in self.setting.actions.iter().filter(|a| a.gravity && a.bodies[i]) {
-                if let Influence::Uniform(g) = action.influence
+                if let PartInfluence::Uniform(g) = action.influence
                     && (action.from..=action.until).contains(&t)
                 {
                     energy.potential_j -= dot(g, sums.moment);

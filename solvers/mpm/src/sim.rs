@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use cosplat_core::plugin::{PluginError, Pulse, Signal};
+use cosplat_core::plugin::{PartAction, PluginError, Pulse, Push, Signal};
 
 use crate::contact::Pairs;
 use crate::fbar::FBar;
@@ -12,7 +12,6 @@ use crate::law::Law;
 use crate::nodes::Nodes;
 use crate::particles::Tiles;
 use crate::proxy::{Partner, Proxy};
-use crate::push::{Action, Push};
 use crate::real::Real;
 use crate::settle::{Others, collide};
 use crate::shores::Shores;
@@ -48,7 +47,7 @@ pub(crate) struct Setting<R: Real> {
     /// Time in which particles keep the e-th part of what their motion has beside the grid's, by body; 0: none \[s\].
     pub(crate) keeps: Vec<f64>,
     /// Outside influences.
-    pub(crate) actions: Vec<Action>,
+    pub(crate) actions: Vec<PartAction>,
     /// Contact among own bodies.
     pub(crate) pairs: Pairs,
     /// Rigid partners.

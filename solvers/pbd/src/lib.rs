@@ -1,7 +1,7 @@
 //! Cloth by extended position-based dynamics (XPBD) in small substeps, in double precision.
 //!
 //! One substep of length `h`:
-//! 1. outside influences and partners' impulses change velocities (`push`);
+//! 1. outside influences and partners' impulses change velocities (air: `air`);
 //! 2. edges (`stretch`) and hinges (`bend`) are solved once each, Gauss–Seidel by blocks of vertices (`vertex`);
 //! 3. vertices, and points of edges and faces that come nearer (`search`), meet walls and stand-ins of rigid partners
 //!    (`proxy`), samples of soft partners meet what of the cloth is nearest to them (`samples`, `cover`), its rim keeps out
@@ -46,6 +46,7 @@
 //!
 //! Not here yet: tearing, moving walls, restitution, the `genesis` contact law, links and joints.
 
+mod air;
 mod bend;
 mod bond;
 mod cells;
@@ -66,7 +67,6 @@ mod place;
 mod plugin;
 mod proxy;
 mod pull;
-mod push;
 mod read;
 mod read_held;
 mod read_partners;

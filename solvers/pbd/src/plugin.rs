@@ -3,8 +3,8 @@
 use cosplat_core::boundary::{BoundaryState, Impulses, Vec3, norm, sub};
 use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{
-    BoundaryOutput, Descriptor, Energy, Inputs, InterfaceReport, InterfaceRole, Outputs, PartnerSetup, Plugin,
-    PluginError, Pulse, Refusals, Report, Setup, SetupBoundary, SolverScene, StateReader, StateSink, Step,
+    BoundaryOutput, Descriptor, Energy, Inputs, InterfaceReport, InterfaceRole, Outputs, PartInfluence, PartnerSetup,
+    Plugin, PluginError, Pulse, Refusals, Report, Setup, SetupBoundary, SolverScene, StateReader, StateSink, Step,
 };
 use cosplat_core::visual::{VisualForm, VisualState};
 
@@ -14,7 +14,6 @@ use crate::model::{Model, Part};
 use crate::near::Near;
 use crate::params::schema;
 use crate::proxy::Proxy;
-use crate::push::Influence;
 use crate::read::read;
 use crate::samples::Marks;
 use crate::shown::{Shown, swarms, tie};
@@ -93,7 +92,7 @@ impl Plugin for Pbd {
         let known = run.shown.iter_mut().map(|s| (std::mem::take(&mut s.list), std::mem::take(&mut s.sides))).collect();
         let (swarms, meetings) = swarms(&run.model, &run.shown, known, inputs, step.length_s)?;
         let before: f64 = run.mechanical.iter().sum();
-        let has_wind = run.model.sim.setting.actions.iter().any(|a| matches!(a.influence, Influence::Wind(..)));
+        let has_wind = run.model.sim.setting.actions.iter().any(|a| matches!(a.influence, PartInfluence::Wind(..)));
         let normals = if has_wind { run.model.all_normals() } else { Vec::new() };
         let (start, length, books) = (step.start_s, step.length_s, Books::default());
         let near = std::mem::take(&mut run.near);

@@ -2,8 +2,8 @@
 
 use cosplat_core::boundary::{Vec3, norm, scale, sub};
 use cosplat_core::plan::LeftOut;
-use cosplat_core::plugin::{Descriptor, PluginError, Refusals, SolverScene};
-use cosplat_core::scene::{ActionKind, Body, ContactLaw, Material, PairDefaults, PairSpec, Source};
+use cosplat_core::plugin::{Descriptor, PluginError, Refusals, SolverScene, part_actions};
+use cosplat_core::scene::{Body, ContactLaw, Material, PairDefaults, PairSpec, Source};
 
 use crate::bend::{Hinge, angle};
 use crate::contact::Surface;
@@ -11,7 +11,6 @@ use crate::model::{Cloth, Model};
 use crate::own::Mesh;
 use crate::params::Params;
 use crate::pull::Pull;
-use crate::push::{Action, Influence};
 use crate::rim;
 use crate::sheet::Sheet;
 use crate::sim::{Setting, Sim};
@@ -70,7 +69,7 @@ pub(crate) fn read(plugin: &Descriptor, scene: &SolverScene) -> Result<Model, Pl
     let walls = scene.statics.iter().filter_map(|s| reader.wall(s)).collect();
     let (faces, partners) = reader.interfaces();
     let bonds = reader.bonds(&parts.bound, &faces);
-    let actions = reader.actions(&parts.masses);
+    let actions = part_actions(scene, &parts.masses, &mut |what| reader.refused.push(what));
     parts.mesh.bodies = scene.bodies.len();
     parts.mesh.rim = rim::of(&parts.mesh.triangles);
     parts.mesh.friction = reader.own_friction();
@@ -207,39 +206,6 @@ impl Reader<'_> {
             // Refused already.
             _ => Ok(Sheet::default()),
         }
-    }
-
-    fn actions(&mut self, masses: &[f64]) -> Vec<Action> {
-        let (scene, mut list) = (self.scene, Vec::new());
-        for action in &scene.actions {
-            let acts = |i: usize| action.bodies.is_empty() || action.bodies.contains(&scene.bodies[i].name);
-            let bodies: Vec<bool> = (0..scene.bodies.len()).map(acts).collect();
-            let until = action.until_s.unwrap_or(f64::INFINITY);
-            let mut add = |influence: Influence, bodies: Vec<bool>, gravity: bool| {
-                list.push(Action { influence, bodies, from: action.from_s, until, gravity });
-            };
-            // A force at the centre of mass accelerates every vertex alike.
-            let mut each = |per_mass: &dyn Fn(f64) -> Influence| {
-                for (i, mass) in masses.iter().enumerate().filter(|(i, _)| bodies[*i]) {
-                    add(per_mass(1.0 / mass), (0..bodies.len()).map(|k| k == i).collect(), false);
-                }
-            };
-            match action.kind {
-                ActionKind::PointForce { force_n, at_m: None } => each(&|per| Influence::Uniform(scale(force_n, per))),
-                ActionKind::Impulse { impulse_n_s, at_m: None } => {
-                    each(&|per| Influence::Kick(scale(impulse_n_s, per)));
-                }
-                ActionKind::Gravity { acceleration_m_s2 } => add(Influence::Uniform(acceleration_m_s2), bodies, true),
-                ActionKind::AccelerationField { field } => add(Influence::Field(field), bodies, false),
-                ActionKind::Wind { velocity_m_s, air_density_kg_m3, drag_coefficient } => {
-                    add(Influence::Wind(velocity_m_s, 0.5 * air_density_kg_m3 * drag_coefficient), bodies, false);
-                }
-                ActionKind::PointForce { .. } => self.refused.push("point forces beside the centre of mass (`at_m`)"),
-                ActionKind::Impulse { .. } => self.refused.push("impulses beside the centre of mass (`at_m`)"),
-                ActionKind::Inflow { .. } | ActionKind::Drain { .. } => self.refused.push("inflows and drains"),
-            }
-        }
-        list
     }
 
     /// The listed pair of two names.

@@ -1,10 +1,9 @@
 //! State, energies and what partners see.
 
 use cosplat_core::boundary::{BoundaryState, SampleStatics, Samples, Vec3, Wrench, add, cross, dot, norm, scale, sub};
-use cosplat_core::plugin::{BodyState, Energy};
+use cosplat_core::plugin::{BodyState, Energy, PartInfluence};
 
 use crate::model::{Cloth, Model};
-use crate::push::Influence;
 use crate::sheet::normals;
 
 impl Model {
@@ -38,7 +37,7 @@ impl Model {
     pub(crate) fn energy(&self, t: f64, [kinetic_j, stored]: [f64; 2], dissipated_j: f64) -> Energy {
         let mut energy = Energy { kinetic_j, potential_j: stored, dissipated_j };
         for action in self.sim.setting.actions.iter().filter(|a| a.gravity && (a.from..=a.until).contains(&t)) {
-            let Influence::Uniform(g) = action.influence else { continue };
+            let PartInfluence::Uniform(g) = action.influence else { continue };
             for cloth in self.cloths.iter().zip(&action.bodies).filter(|(_, acts)| **acts).map(|(cloth, _)| cloth) {
                 let weights = self.sim.vertices[cloth.range.clone()].iter();
                 energy.potential_j -= weights.map(|v| v.mass * dot(g, v.x)).sum::<f64>();

@@ -3,15 +3,15 @@
 use std::ops::Range;
 
 use cosplat_core::boundary::{Vec3, add, norm, scale, sub};
-use cosplat_core::plugin::{PluginError, Pulse, Signal};
+use cosplat_core::plugin::{PartAction, PluginError, Pulse, Push, Signal};
 use rayon::prelude::*;
 
+use crate::air::wind;
 use crate::bend::Hinge;
 use crate::contact::Surface;
 use crate::course::{Course, Desk, Kick};
 use crate::own::Mesh;
 use crate::pull::Pull;
-use crate::push::{Action, Push};
 use crate::samples::Swarm;
 use crate::stretch::Edge;
 use crate::tally::Tally;
@@ -43,7 +43,7 @@ pub(crate) struct Partner {
 /// What never changes in a run.
 #[derive(Clone, Debug)]
 pub(crate) struct Setting {
-    pub(crate) actions: Vec<Action>,
+    pub(crate) actions: Vec<PartAction>,
     pub(crate) walls: Vec<Wall>,
     pub(crate) partners: Vec<Partner>,
     /// Number of bodies.
@@ -160,7 +160,8 @@ impl Sim {
         let now = course.start + t;
         self.pull((now, now + h), &mut course.books.held);
         let setting = &self.setting;
-        let push = Push::new(&setting.actions, setting.bodies, (now, now + h), setting.damping);
+        let push = Push::new(&setting.actions, setting.bodies, now, now + h);
+        let damped = -libm::expm1(-setting.damping * h);
         let supplies = push.supplies();
         // An impulse at once is taken in the first substep.
         let share = |kick: &Kick| if kick.spread { h / course.length } else { f64::from(u8::from(t <= 0.0)) };
@@ -178,10 +179,10 @@ impl Sim {
                 desk.pushes.clear();
                 desk.supplies.clear();
                 for (k, vertex) in vertices.iter_mut().enumerate() {
-                    let mut driven = pushed(vertex, self.owner[from + k] as usize, &push, desk);
+                    let mut driven = pushed(vertex, self.owner[from + k] as usize, (&push, damped), desk);
                     if push.has_wind() {
                         let patch = (course.normals[from + k], self.area[from + k]);
-                        let impulse = push.wind(self.owner[from + k] as usize, (vertex.u, vertex.mass), patch);
+                        let impulse = wind(&push, self.owner[from + k] as usize, (vertex.u, vertex.mass), patch);
                         kick(vertex, impulse, &mut desk.driven, &mut desk.held);
                         driven = add(driven, impulse);
                     }
@@ -237,12 +238,12 @@ impl Sim {
 
 /// Influences on one vertex; the impulse of those that are not damping \[N s\].
 #[inline]
-fn pushed(vertex: &mut Vertex, body: usize, push: &Push, desk: &mut Desk) -> Vec3 {
+fn pushed(vertex: &mut Vertex, body: usize, (push, damped): (&Push, f64), desk: &mut Desk) -> Vec3 {
     let mut impulse = [0.0; 3];
     if vertex.w > 0.0 {
         // Before the rest: what is at rest under its weight has nothing to lose.
-        if push.damped > 0.0 {
-            desk.held.give(vertex, scale(vertex.u, -push.damped * vertex.mass));
+        if damped > 0.0 {
+            desk.held.give(vertex, scale(vertex.u, -damped * vertex.mass));
         }
         impulse = scale(push.at(body, vertex.x), vertex.mass);
         desk.driven.give(vertex, impulse);
