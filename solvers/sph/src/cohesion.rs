@@ -11,12 +11,26 @@
 use std::f64::consts::PI;
 
 use cosplat_core::boundary::{norm, sub};
+use cosplat_core::plugin::SolverScene;
+use cosplat_core::scene::ActionKind;
 use wide::f64x4;
 
 use crate::grid::Grid;
 use crate::kernel::Kernel;
 use crate::model::Model;
 use crate::store::Store;
+
+/// Bond number of a particle above which surface tension is left out.
+pub(crate) const WEAK: f64 = 10.0;
+
+/// Bond number `ρ g d²/σ` of a particle: whether even a single one is too heavy for a surface tension \[N/m\].
+pub(crate) fn bond(scene: &SolverScene, rho: f64, tension: f64, spacing: f64) -> f64 {
+    let g = scene.actions.iter().filter_map(|a| match a.kind {
+        ActionKind::Gravity { acceleration_m_s2 } => Some(norm(acceleration_m_s2)),
+        _ => None,
+    });
+    if tension > 0.0 { rho * g.fold(0.0, f64::max) * spacing * spacing / tension } else { f64::INFINITY }
+}
 
 /// Factor `A V²` \[N\] of a surface tension \[N/m\] and the mean volume of particles \[m³\].
 pub(crate) fn factor(tension: f64, volume: f64, kernel: &Kernel) -> f64 {

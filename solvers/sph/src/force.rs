@@ -27,6 +27,8 @@ const SPRAY: f64 = 0.6;
 pub(crate) struct Sums {
     /// Power of viscosity, as a loss \[W\].
     pub(crate) lost: f64,
+    /// Power of the pressures of an incompressible liquid, at the mean velocities of the substep \[W\].
+    pub(crate) pressed: f64,
     /// Largest square of an acceleration and of a speed; NaN where one is not a number.
     pub(crate) acceleration: f64,
     pub(crate) speed: f64,

@@ -2,10 +2,13 @@
 
 use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{PluginError, SolverScene};
+use cosplat_core::scene::Material;
 use serde_json::{Value, json};
 
+use crate::cohesion;
+
 /// Checked parameters.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Params {
     /// Courant number of sound over the smoothing length.
     pub(crate) courant: f64,
@@ -15,8 +18,9 @@ pub(crate) struct Params {
     pub(crate) artificial: f64,
     /// δ of the density diffusion.
     pub(crate) diffusion: f64,
-    /// How pressure is found.
+    /// How pressure is found, and why so, where the user does not say.
     pub(crate) pressure: Pressure,
+    pub(crate) reason: Option<String>,
     /// Whether viscosity is implicit, where the user says so.
     pub(crate) implicit: Option<bool>,
     /// Mean compression that incompressible solutions may leave.
@@ -50,7 +54,7 @@ pub(crate) fn schema() -> Value {
             "pressure": {
                 "enum": ["dfsph", "wcsph"],
                 "description": "How pressure is found: dfsph keeps the volume, wcsph follows from the density; default \
-                                wcsph, the only one beside partners that show samples"
+                                dfsph, but wcsph beside partners that deform and for surface tension that counts"
             },
             "viscosity": {
                 "enum": ["explicit", "implicit"],
@@ -67,19 +71,21 @@ pub(crate) fn schema() -> Value {
 }
 
 impl Params {
-    /// Reads them.
-    pub(crate) fn read(scene: &SolverScene) -> Result<Self, PluginError> {
+    /// Reads them, for particles that are `spacing` apart \[m\].
+    pub(crate) fn read(scene: &SolverScene, spacing: f64) -> Result<Self, PluginError> {
         let number = |key: &str, default: f64, least: f64| {
             let value = scene.number(key, default)?;
             let why = || PluginError::Unsupported(format!("parameter `{key}` is {value}, which is too small"));
             if value < least { Err(why()) } else { Ok(value) }
         };
+        let (pressure, reason) = pressure(scene, spacing)?;
         Ok(Self {
             courant: number("courant", 0.5, f64::MIN_POSITIVE)?,
             most: number("max_substep_s", f64::MAX, f64::MIN_POSITIVE)?,
             artificial: number("artificial_viscosity", 0.02, 0.0)?,
             diffusion: number("density_diffusion", 0.1, 0.0)?,
-            pressure: pressure(scene)?,
+            pressure,
+            reason,
             implicit: implicit(scene)?,
             accuracy: number("pressure_accuracy", 1e-4, f64::MIN_POSITIVE)?,
             iterations: number("max_iterations", 100.0, 1.0)? as u64,
@@ -87,12 +93,17 @@ impl Params {
     }
 }
 
-/// Against what deforms, only a liquid that gives way stays bounded.
-fn pressure(scene: &SolverScene) -> Result<Pressure, PluginError> {
+/// Against what deforms, only a liquid that gives way stays bounded; drops that keep their volume swing too slowly.
+fn pressure(scene: &SolverScene, spacing: f64) -> Result<(Pressure, Option<String>), PluginError> {
     let sampled = scene.interfaces.iter().find(|v| v.partner_form != BoundaryForm::Proxy);
     match (scene.params.get("pressure").map(|v| v.as_str()), sampled) {
-        (None | Some(Some("wcsph")), _) => Ok(Pressure::Weak),
-        (Some(Some("dfsph")), None) => Ok(Pressure::Incompressible),
+        (None, Some(view)) => Ok(weak(&format!("`{}` may deform", view.partner))),
+        (None, None) => Ok(match drop(scene, spacing) {
+            Some(body) => weak(&format!("surface tension of `{body}` counts")),
+            None => (Pressure::Incompressible, Some("pressure keeps the volume (dfsph), as no partner deforms".into())),
+        }),
+        (Some(Some("wcsph")), _) => Ok((Pressure::Weak, None)),
+        (Some(Some("dfsph")), None) => Ok((Pressure::Incompressible, None)),
         (Some(Some("dfsph")), Some(view)) => Err(PluginError::Unsupported(format!(
             "the sph solver does not support: an incompressible liquid against a body that deforms (`{}`); use pressure = \
              \"wcsph\"",
@@ -100,6 +111,19 @@ fn pressure(scene: &SolverScene) -> Result<Pressure, PluginError> {
         ))),
         (Some(_), _) => Err(PluginError::Unsupported("parameter `pressure` is neither \"dfsph\" nor \"wcsph\"".into())),
     }
+}
+
+fn weak(why: &str) -> (Pressure, Option<String>) {
+    (Pressure::Weak, Some(format!("pressure follows from the density (wcsph), as {why}")))
+}
+
+/// A body whose surface tension counts at that spacing \[m\].
+fn drop(scene: &SolverScene, spacing: f64) -> Option<&str> {
+    let counts = |material: &Material| {
+        matches!(*material, Material::SphLiquid { density_kg_m3, surface_tension_n_m, .. }
+            if cohesion::bond(scene, density_kg_m3, surface_tension_n_m, spacing) < cohesion::WEAK)
+    };
+    scene.bodies.iter().find(|b| counts(&b.material)).map(|b| b.name.as_str())
 }
 
 fn implicit(scene: &SolverScene) -> Result<Option<bool>, PluginError> {

@@ -62,6 +62,10 @@ impl Plugin for Sph {
         if model.is_thick() {
             bound.push_str("; viscosity is implicit, as it would bind otherwise or is wanted so");
         }
+        if let Some(reason) = &model.params.reason {
+            bound.push_str("; ");
+            bound.push_str(reason);
+        }
         let (bodies, energy) = states(&model, &store, 0.0);
         let points = Points::of(&scene.probes, &scene.bodies);
         let interfaces = model.interfaces.iter().map(|&i| InterfaceReport { interface: i, ..Default::default() });
@@ -174,6 +178,7 @@ impl Run {
             ("largest-compression-1e-6", most),
             ("strayed-particles", strayed),
             ("pressure-iterations", books.solved.iterations),
+            ("energy-returned-by-pressure-1e-6-j", (books.returned * 1e6).round() as u64),
             ("viscosity-iterations", books.thick),
             ("solutions-above-tolerance", books.solved.unfinished),
             ("largest-boundary-particles", books.boundary),

@@ -21,8 +21,6 @@ use crate::store::{Listed, Store};
 
 /// Spacings that differ by less than this share are the same.
 const SAME: f64 = 0.01;
-/// Bond number of a particle above which surface tension is left out.
-const WEAK_TENSION: f64 = 10.0;
 /// Share of ρ c² above which the pressure that surface tension causes inside compresses a liquid too much.
 const MOST_PRESSED: f64 = 0.1;
 /// How much longer substeps must become for implicit viscosity to pay: a solution costs about as much as these.
@@ -39,7 +37,6 @@ pub(crate) type Read = (Model, Store, Vec<LeftOut>);
 /// Reads a scene.
 pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read, PluginError> {
     let mut refusals = Refusals::undeclared(descriptor, scene);
-    let params = Params::read(scene)?;
     let mut chosen = f64::NAN;
     for body in &scene.bodies {
         match spacing(scene, body) {
@@ -67,7 +64,7 @@ pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read,
         drains: Vec::new(),
         kernel: Kernel::new(spacing),
         spacing,
-        params,
+        params: Params::read(scene, spacing)?,
         threads: scene.threads,
     };
     let mut reader = Reader { scene, model, refusals, left_out: Vec::new(), velocity: Vec::new() };
@@ -93,7 +90,7 @@ pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read,
     }
     let entered = vec![0; model.inflows.len()];
     let id = (0..model.mass.len() as u32).collect();
-    let warm = vec![0.0; if params.pressure == Pressure::Incompressible { model.mass.len() } else { 0 }];
+    let warm = vec![0.0; if model.params.pressure == Pressure::Incompressible { model.mass.len() } else { 0 }];
     let store = Store {
         id,
         x: model.start.clone(),
@@ -240,12 +237,8 @@ impl Reader<'_> {
         if tension <= 0.0 {
             return 0.0;
         }
-        let g = self.scene.actions.iter().filter_map(|a| match a.kind {
-            ActionKind::Gravity { acceleration_m_s2 } => Some(norm(acceleration_m_s2)),
-            _ => None,
-        });
-        let bond = rho * g.fold(0.0, f64::max) * self.model.spacing * self.model.spacing / tension;
-        if bond < WEAK_TENSION {
+        let bond = cohesion::bond(self.scene, rho, tension, self.model.spacing);
+        if bond < cohesion::WEAK {
             if self.model.params.pressure == Pressure::Incompressible {
                 self.refusals.push(format!(
                     "surface tension of the incompressible liquid `{}`, whose drops swing two and a half times too slowly; \
@@ -270,7 +263,7 @@ impl Reader<'_> {
             what: format!("surface tension of `{}`", body.name),
             why: "it holds no drop as large as a particle against gravity: ρ g d²/σ is above the limit".to_owned(),
             indicator: Some(bond),
-            limit: Some(WEAK_TENSION),
+            limit: Some(cohesion::WEAK),
             saved: "not measured".to_owned(),
         });
         0.0

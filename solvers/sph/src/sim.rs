@@ -31,6 +31,10 @@ pub(crate) struct Books {
     pub(crate) external: Wrench,
     /// Energy of what entered and was driven, less that of what left \[J\].
     pub(crate) supplied: f64,
+    /// Energy that the pressures of an incompressible liquid took in this substep, and what they gave back in others \[J\]:
+    /// to undo what is too full raises it.
+    pub(crate) pressed: f64,
+    pub(crate) returned: f64,
     /// Substeps.
     pub(crate) substeps: u64,
     /// Term that bound the last one.
@@ -234,6 +238,9 @@ impl Course<'_> {
             let (solved, spread) = projection.substep(&mut parts);
             books.solved.add(solved);
             books.thick += spread;
+            let lost = std::mem::take(&mut books.pressed);
+            store.dissipated += lost;
+            books.returned += (-lost).max(0.0);
         } else {
             pass.pack(store, &mut pack[..store.len()]);
             walls.extrapolate(&Liquids { model, pack, gravity: &gravity, parallel });

@@ -34,11 +34,12 @@ struct Touch {
     pull: Vec3,
 }
 
-/// A partner's velocity, angular velocity, and what an impulse does to them.
+/// A partner's velocity, angular velocity, and what an impulse does to them; and both at the start of the substep.
 #[derive(Clone, Copy, Debug)]
 struct Twist {
     solid: usize,
     centre: Vec3,
+    start: [Vec3; 2],
     linear: Vec3,
     angular: Vec3,
     light: f64,
@@ -69,7 +70,7 @@ impl Contacts {
         let twist = |p: &crate::proxy::Proxy| {
             let (light, nimble) = p.mobility();
             let (linear, angular) = (p.velocity, p.spin);
-            Twist { solid: p.solid, centre: p.frame.origin, linear, angular, light, nimble }
+            Twist { solid: p.solid, centre: p.frame.origin, start: [linear, angular], linear, angular, light, nimble }
         };
         self.twists = partners.proxies().iter().map(twist).collect();
         self.gained = vec![[[0.0; 3]; 2]; self.twists.len()];
@@ -164,23 +165,43 @@ impl Contacts {
         }
     }
 
-    /// Adds to the impulses of partners on the liquid those by pressures, which are in the packs; the liquid's velocities
-    /// were in the packs before its impulses and are `after` them.
-    pub(crate) fn press(&self, walls: &mut Walls, pass: &Pass<'_>, edge: &Edge, pack: &[Pack], after: &[Vec3]) {
+    /// Adds to the impulses of partners on the liquid those by pressures, which are in the packs, over a substep with those
+    /// velocities of the liquid before and after it. The work that pressures do on the partners \[J\], at the mean of their
+    /// twists before and after.
+    pub(crate) fn press(
+        &self,
+        walls: &mut Walls,
+        pass: &Pass<'_>,
+        edge: &Edge,
+        pack: &[Pack],
+        [before, after]: [&[Vec3]; 2],
+    ) -> f64 {
         let kernel = pass.model.kernel.scaled();
+        let mut sums = vec![[[0.0; 3]; 2]; self.twists.len()];
         for t in &self.touches {
             let (brim, mut piece) = (&edge.brims[t.piece], walls.pieces[t.piece]);
+            let mut all = [0.0; 3];
             for &i in walls.lists().chunks()[t.piece / CHUNK].row(t.piece % CHUNK) {
                 let i = i as usize;
-                let Some(v) = after.get(i) else { continue };
+                let (Some(v), Some(w)) = (before.get(i), after.get(i)) else { continue };
                 let apart = sub(pack[i].x, piece.x);
                 let slope = kernel.slope(norm(apart));
                 let force = scale(apart, -(pack[i].pressure * brim.volume + brim.pushed) * pack[i].volume * slope);
-                piece.impulse = add(piece.impulse, scale(force, pass.dt));
-                piece.work += 0.5 * pass.dt * dot(force, add(pack[i].v, *v));
+                all = add(all, scale(force, pass.dt));
+                piece.work += 0.5 * pass.dt * dot(force, add(*v, *w));
             }
+            piece.impulse = add(piece.impulse, all);
             walls.pieces[t.piece] = piece;
+            let [linear, angular] = &mut sums[t.partner];
+            (*linear, *angular) = (sub(*linear, all), sub(*angular, cross(t.arm, all)));
         }
+        let work = self.twists.iter().zip(sums).map(|(t, [linear, angular])| {
+            let gained = t.gain(linear, angular);
+            // What the pressures meet is the twist after free motion and viscosity.
+            let mean = |before: Vec3, met: Vec3, gained: Vec3| scale(add(before, add(met, gained)), 0.5);
+            dot(linear, mean(t.start[0], t.linear, gained[0])) + dot(angular, mean(t.start[1], t.angular, gained[1]))
+        });
+        work.sum()
     }
 
     /// Their free motion and the impulses of viscosity over `dt` \[s\].

@@ -77,6 +77,8 @@ pub(crate) struct Projection {
     operator: Operator,
     contacts: Contacts,
     search: Search,
+    /// Velocities before the substep \[m/s\].
+    before: Vec<Vec3>,
     /// Velocities before pressure \[m/s\] and filled shares, times volumes; then nobody's.
     moved: Vec<f32x4>,
     /// Rates of the filled shares before pressure \[1/s\], and the mean of the filled shares around.
@@ -136,6 +138,7 @@ impl Projection {
     pub(crate) fn substep(&mut self, parts: &mut Parts<'_>) -> (Solved, u64) {
         let (model, dt, parallel) = (parts.pass.model, parts.pass.dt, parts.pass.parallel);
         let n = parts.store.len();
+        self.before.clone_from(&parts.store.v);
         parts.pass.pack(parts.store, &mut parts.pack[..n]);
         for (pack, &id) in parts.pack.iter_mut().zip(&parts.store.id) {
             let rho = model.liquids[model.body[id as usize] as usize].rho;
@@ -160,7 +163,9 @@ impl Projection {
         };
         drive(model, parts.store, parts.pack, parts.books, &driven);
         let solved = self.project(parts);
-        self.contacts.press(parts.walls, &parts.pass, &self.operator.edge, parts.pack, &parts.store.v);
+        let flow = [&self.before[..], &parts.store.v[..]];
+        let given = self.contacts.press(parts.walls, &parts.pass, &self.operator.edge, parts.pack, flow);
+        parts.books.pressed -= given + dt * parts.sums.iter().map(|s| s.pressed).sum::<f64>();
         parts.partners.book(model, parts.walls, dt);
         (solved, spread)
     }
@@ -189,7 +194,7 @@ impl Projection {
             }
         }
         let gained = &mut *parts.acceleration;
-        self.operator.press(pass, parts.walls, parts.pack, gained, parts.sums);
+        self.operator.press(pass, parts.walls, (parts.pack, &self.before), gained, parts.sums);
         for_chunks(pass.parallel, &mut parts.store.v[..n], parts.sums, &|c, v, sums| {
             sums.speed = 0.0;
             for (k, v) in v.iter_mut().enumerate() {

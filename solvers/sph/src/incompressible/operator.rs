@@ -210,10 +210,19 @@ impl Operator {
         contacts.rates(own, |i, rate| rates[i][0] += self.rows[i].swell * rate);
     }
 
-    /// Accelerations by pressures, of which the packs hold `q`, exactly as partners book them; and what static walls do.
-    pub(crate) fn press(&self, pass: &Pass<'_>, walls: &Walls, pack: &[Pack], gained: &mut [Vec3], sums: &mut [Sums]) {
+    /// Accelerations by pressures, of which the packs hold `q`, exactly as partners book them; what static walls do; and the
+    /// power of pressures, with the velocities `before` the substep.
+    pub(crate) fn press(
+        &self,
+        pass: &Pass<'_>,
+        walls: &Walls,
+        (pack, before): (&[Pack], &[Vec3]),
+        gained: &mut [Vec3],
+        sums: &mut [Sums],
+    ) {
         let kernel = pass.model.kernel.scaled();
         for_chunks(pass.parallel, gained, sums, &|c, gained, sums| {
+            sums.pressed = 0.0;
             for (k, gained) in gained.iter_mut().enumerate() {
                 let i = c * CHUNK + k;
                 let own = &pack[i];
@@ -237,6 +246,8 @@ impl Operator {
                     sums.driven -= dot(force, own.v);
                 }
                 *gained = scale(force, self.rows[i].light / own.volume);
+                let after = add(own.v, scale(*gained, pass.dt));
+                sums.pressed += 0.5 * dot(force, add(before[i], after));
             }
         });
     }
