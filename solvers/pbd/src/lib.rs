@@ -5,7 +5,7 @@
 //! 2. edges (`stretch`) and hinges (`bend`) are solved once each, Gauss–Seidel by blocks of vertices (`vertex`);
 //! 3. vertices, and points of edges and faces that come nearer (`search`), meet walls and stand-ins of rigid partners
 //!    (`proxy`), samples of soft partners meet what of the cloth is nearest to them (`samples`, `cover`), its rim keeps out
-//!    from between neighbouring samples (`seam`), and cloth meets cloth (`own`, `pieces`, `tiles`, `pair`, `regions`), with
+//!    from between neighbouring samples (`seam`), and cloth meets cloth (`own`, `watch`, `pieces`, `tiles`, `pair`, `regions`), with
 //!    Coulomb friction (`contact`);
 //! 4. positions move by `h u`.
 //!
@@ -61,7 +61,6 @@ mod near;
 mod own;
 mod pair;
 mod params;
-mod patches;
 mod pieces;
 mod place;
 mod plugin;
@@ -86,5 +85,6 @@ mod stretch;
 mod tally;
 mod tiles;
 mod vertex;
+mod watch;
 
 pub use plugin::Pbd;

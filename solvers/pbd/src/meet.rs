@@ -2,23 +2,19 @@
 
 use cosplat_core::boundary::{Vec3, add, scale};
 use cosplat_core::distance::Placed;
-use rayon::prelude::*;
 
 use crate::bond;
 use crate::contact::{Others, earn, settle};
 use crate::course::{Course, Desk};
 use crate::cover::Cover;
-use crate::near::{Near, Speeds, radius};
-use crate::own::Candidate;
-use crate::pair::Pair;
+use crate::near::{Speeds, radius};
+use crate::pieces::Search;
 use crate::regions::Regions;
 use crate::scout::Scout;
 use crate::sim::{Sim, each};
 
 /// Most parts of a substep in which contact is looked at.
 const MOST_PARTS: f64 = 16.0;
-/// Candidates of a task.
-const TASK: usize = 1024;
 
 impl Sim {
     /// Contact and motion of a substep, and the work of what partners and actions gave in it, where the velocities at its
@@ -69,7 +65,7 @@ impl Sim {
     /// Moves everything for `h` \[s\].
     fn drift(&mut self, course: &mut Course, h: f64) {
         let speeds = self.speeds(course);
-        course.near.age(&self.vertices, speeds, h);
+        course.near.age(self, speeds, h);
         for vertex in &mut self.vertices {
             vertex.x = add(vertex.x, scale(vertex.u, h));
         }
@@ -95,7 +91,7 @@ impl Sim {
         let speeds = self.speeds(course);
         let mut near = std::mem::take(&mut course.near);
         near.renew(self, &placed, speeds, h);
-        let pairs = self.pairs(&near, h);
+        let pairs = near.own.pairs(&self.pieces(), h);
         let scout = Scout { setting, course: &*course, placed: &placed, owner: &self.owner, h };
         let mut between = Vec::new();
         scout.spots(near.spots(), &self.vertices, &mut between);
@@ -130,14 +126,15 @@ impl Sim {
         course.bonds = bonds;
     }
 
-    /// Pieces of cloth that touch, in an order that does not depend on when they were looked for.
-    fn pairs(&self, near: &Near, h: f64) -> Vec<Pair> {
-        let (vertices, thickness) = (&self.vertices, self.setting.thickness);
-        let one = |c: &Candidate| near.may_touch(c, thickness).then(|| c.touch(vertices, thickness, h)).flatten();
-        if self.setting.parallel {
-            near.candidates().par_iter().with_min_len(TASK).filter_map(one).collect()
-        } else {
-            near.candidates().iter().filter_map(one).collect()
+    /// All cloths as pieces that may touch.
+    pub(crate) fn pieces(&self) -> Search<'_> {
+        Search {
+            mesh: &self.mesh,
+            vertices: &self.vertices,
+            owner: &self.owner,
+            reach: 0.0,
+            thickness: self.setting.thickness,
+            parallel: self.setting.parallel,
         }
     }
 

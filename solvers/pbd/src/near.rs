@@ -8,20 +8,15 @@ use cosplat_core::boundary::{Vec3, norm, sub};
 use cosplat_core::distance::{Placed, Shape};
 use cosplat_core::plugin::{StateError, StateReader, StateSink};
 
-use crate::own::{Candidate, WATCHED};
-use crate::patches::Patches;
-use crate::pieces;
 use crate::place::Place;
 use crate::proxy::Proxy;
 use crate::search;
 use crate::sim::Sim;
 use crate::vertex::Vertex;
+use crate::watch::Watch;
 
-/// Share of the shortest edge that pieces of cloth, and solids, may move before they are looked for again.
-const ALLOWED: f64 = 0.3;
-const ALLOWED_SOLID: f64 = 0.1;
-/// Width of the patches within which cloth moves together, in shortest edges.
-const PATCH: f64 = 4.0;
+/// Share of the shortest edge that solids may move before they are looked for again.
+const ALLOWED: f64 = 0.1;
 /// Share of the thickness by which a face must be deeper than its corners to be met between them.
 const TOLERANCE: f64 = 0.1;
 
@@ -52,12 +47,7 @@ impl<T> Default for Aging<T> {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Near {
     spots: Aging<(Place, Target)>,
-    own: Aging<Candidate>,
-    /// For the age of pieces of cloth, and what any two of them may have moved relative to each other, and may at most
-    /// \[m\].
-    patches: Patches,
-    moved_far: f64,
-    at_most: f64,
+    pub(crate) own: Watch,
 }
 
 /// How fast things move \[m/s\].
@@ -104,7 +94,7 @@ impl Near {
     /// Looks again where something may have moved too far by the end of a substep of `h` \[s\].
     pub(crate) fn renew(&mut self, sim: &Sim, placed: &[Placed], speeds: Speeds, h: f64) {
         let setting = &sim.setting;
-        let allowed = ALLOWED_SOLID * setting.shortest;
+        let allowed = ALLOWED * setting.shortest;
         let flat = setting.walls.iter().all(|wall| wall.is_half_space) && placed.is_empty();
         if self.spots.moved + h * speeds.solid > allowed && !flat {
             let search = search::Search {
@@ -127,47 +117,14 @@ impl Near {
             self.spots = Aging { list, moved: 0.0 };
         }
         if !sim.mesh.friction.is_empty() {
-            self.renew_own(sim, speeds, h);
+            self.own.renew(&sim.pieces(), speeds.own, setting.shortest, h);
         }
-    }
-
-    fn renew_own(&mut self, sim: &Sim, speeds: Speeds, h: f64) {
-        let (setting, vertices) = (&sim.setting, &sim.vertices);
-        let allowed = ALLOWED * setting.shortest;
-        if self.own.moved.is_finite()
-            && self.patches.ahead(vertices, h) <= allowed
-            && self.moved_far + h * speeds.own <= self.at_most
-        {
-            return;
-        }
-        // What is touched in this substep must be within reach, however fast: so must the patches be wide.
-        let fastest = (1.0 + WATCHED) * setting.thickness + allowed + 2.0 * h * speeds.own;
-        self.patches = Patches::new(vertices, (PATCH * setting.shortest).max(2.0 * fastest));
-        let closing = self.patches.ahead(vertices, h);
-        // Touching is also what may be closed by a push, `Candidate::touch`.
-        let reach = (1.0 + WATCHED) * setting.thickness + allowed.max(closing) + closing;
-        let search = pieces::Search {
-            mesh: &sim.mesh,
-            vertices,
-            owner: &sim.owner,
-            reach,
-            thickness: setting.thickness,
-            parallel: setting.parallel,
-        };
-        // Sorted: the list may be older or younger in a run that was resumed.
-        let mut list = search.run();
-        list.sort_unstable_by_key(Candidate::key);
-        self.own = Aging { list, moved: 0.0 };
-        (self.moved_far, self.at_most) = (0.0, self.patches.side - reach);
     }
 
     /// Notes that things move for `h` \[s\].
-    pub(crate) fn age(&mut self, vertices: &[Vertex], speeds: Speeds, h: f64) {
+    pub(crate) fn age(&mut self, sim: &Sim, speeds: Speeds, h: f64) {
         self.spots.moved += h * speeds.solid;
-        if self.own.moved.is_finite() {
-            self.patches.age(vertices, h);
-            self.moved_far += h * speeds.own;
-        }
+        self.own.age(&sim.pieces(), speeds.own, h);
     }
 
     /// Points of triangles near solids.
@@ -215,19 +172,5 @@ impl Near {
             list.push((Place::on([a, b, c].map(|i| i as u32), share), target));
         }
         Ok(Self { spots: Aging { list, moved }, ..Self::default() })
-    }
-
-    /// Pieces of cloth near each other, sorted.
-    pub(crate) fn candidates(&self) -> &[Candidate] {
-        &self.own.list
-    }
-
-    /// Whether two pieces may touch in the substep that was looked ahead to, by how far they were apart and what is about
-    /// them has moved since: who does not is not looked at, and would not have touched.
-    pub(crate) fn may_touch(&self, candidate: &Candidate, thickness: f64) -> bool {
-        let [a, b, ..] = candidate.ends.map(|i| self.patches.closing(i));
-        let closing = if candidate.is_vertex { a } else { a.max(b) };
-        // Rounded once more than what it is compared with.
-        candidate.apart - closing < (1.0 + WATCHED + 1e-9) * thickness
     }
 }

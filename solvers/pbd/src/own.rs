@@ -39,11 +39,6 @@ pub(crate) struct Candidate {
 }
 
 impl Candidate {
-    /// By what candidates are sorted: edges, then vertices, each by their ends.
-    pub(crate) fn key(&self) -> (bool, [u32; 4]) {
-        (self.is_vertex, self.ends)
-    }
-
     /// The contact of the two, where they may close their gap in a substep of `h` \[s\].
     pub(crate) fn touch(&self, vertices: &[Vertex], thickness: f64, h: f64) -> Option<Pair> {
         let x = self.ends.map(|i| vertices[i as usize].x);

@@ -1,7 +1,7 @@
 //! Which vertices and triangles, and which edges, of all cloths are near each other.
 //!
-//! Cloth is looked at tile by tile (`tiles`): tiles whose boxes are apart, and those that lie in a flat piece together,
-//! are left out; of others each piece of one that is near the box of the other is compared with each such piece of it.
+//! Cloth is looked at by two tiles at a time (`tiles`, `watch`): each piece of one that is near the box of the other is
+//! compared with each such piece of it.
 //! What is closer than twice the thickness at rest is left alone: it could never be a thickness apart.
 
 use cosplat_core::boundary::{Vec3, add, dot, norm, scale, sub};
@@ -14,9 +14,10 @@ use crate::tiles::Tile;
 use crate::vertex::Vertex;
 
 /// Tiles of a task.
-const TASK: usize = 16;
+const TASK: usize = 256;
 
 /// What a search is about.
+#[derive(Clone, Copy)]
 pub(crate) struct Search<'a> {
     pub(crate) mesh: &'a Mesh,
     pub(crate) vertices: &'a [Vertex],
@@ -28,7 +29,7 @@ pub(crate) struct Search<'a> {
 }
 
 /// Centre and half extents of a box \[m\].
-type Bounds = (Vec3, Vec3);
+pub(crate) type Bounds = (Vec3, Vec3);
 
 /// Pieces of one tile that are near another tile, by their numbers.
 #[derive(Default)]
@@ -39,29 +40,6 @@ struct Part {
 }
 
 impl Search<'_> {
-    /// All candidates.
-    pub(crate) fn run(&self) -> Vec<Candidate> {
-        let tiles = &self.mesh.tiles;
-        let flat = tiles.flat(self.mesh, self.vertices, self.reach);
-        let boxes = Boxes::new(tiles.all.iter().map(|tile| self.around(tile)), self.reach);
-        let one = |place: usize| {
-            let (a, mut found) = (boxes.number(place), Vec::new());
-            // Each two tiles are met once, from the one that comes first in the order of the cells.
-            boxes.near(place, boxes.sorted[place], |b| {
-                if !tiles.share(&flat, a, b) {
-                    self.between([a, b], &boxes.all, &mut found);
-                }
-            });
-            found
-        };
-        let lists: Vec<Vec<Candidate>> = if self.parallel {
-            (0..tiles.all.len()).into_par_iter().with_min_len(TASK).map(one).collect()
-        } else {
-            (0..tiles.all.len()).map(one).collect()
-        };
-        lists.concat()
-    }
-
     fn x(&self, i: u32) -> Vec3 {
         self.vertices[i as usize].x
     }
@@ -75,18 +53,26 @@ impl Search<'_> {
     }
 
     /// Box of all pieces of a tile.
-    fn around(&self, tile: &Tile) -> Bounds {
-        let points = tile.vertices.iter().map(|&i| self.x(i));
-        let ends = tile.edges.iter().flat_map(|&e| self.mesh.edges[e as usize]).map(|i| self.x(i));
-        let corners = tile.triangles.iter().flat_map(|&t| self.mesh.triangles[t as usize]).map(|i| self.x(i));
-        of(points.chain(ends).chain(corners))
+    pub(crate) fn around(&self, tile: usize) -> Bounds {
+        of(self.mesh.tiles.all[tile].corners.iter().map(|&i| self.x(i)))
+    }
+
+    /// Boxes of the velocities of all tiles \[m/s\].
+    pub(crate) fn speeds(&self) -> Vec<Bounds> {
+        let one = |tile: &Tile| of(tile.corners.iter().map(|&i| self.vertices[i as usize].u));
+        let tiles = &self.mesh.tiles.all;
+        if self.parallel {
+            tiles.par_iter().with_min_len(TASK).map(one).collect()
+        } else {
+            tiles.iter().map(one).collect()
+        }
     }
 
     /// Candidates of two tiles, or of one with itself.
-    fn between(&self, [a, b]: [usize; 2], boxes: &[Bounds], found: &mut Vec<Candidate>) {
+    pub(crate) fn between(&self, [a, b]: [usize; 2], found: &mut Vec<Candidate>) {
+        let Some(friction) = self.friction(a, b) else { return };
         let [one, other] = [a, b].map(|n| &self.mesh.tiles.all[n]);
-        let Some(friction) = self.friction(one, other) else { return };
-        let first = self.part(one, &boxes[b]);
+        let first = self.part(one, &self.around(b));
         if a == b {
             self.of_vertices(&first, &first, friction, found);
             for (i, e) in first.edges.iter().enumerate() {
@@ -94,7 +80,7 @@ impl Search<'_> {
             }
             return;
         }
-        let second = self.part(other, &boxes[a]);
+        let second = self.part(other, &self.around(a));
         self.of_vertices(&first, &second, friction, found);
         self.of_vertices(&second, &first, friction, found);
         for e in &first.edges {
@@ -114,7 +100,9 @@ impl Search<'_> {
         }
     }
 
-    fn friction(&self, a: &Tile, b: &Tile) -> Option<[f64; 2]> {
+    /// Of two tiles; nothing where they pass through each other.
+    pub(crate) fn friction(&self, a: usize, b: usize) -> Option<[f64; 2]> {
+        let [a, b] = [a, b].map(|n| &self.mesh.tiles.all[n]);
         self.mesh.friction[a.body * self.mesh.bodies + b.body]
     }
 
@@ -202,9 +190,14 @@ fn close(a: &Bounds, b: &Bounds, reach: f64) -> bool {
     apart(0).max(apart(1)).max(apart(2)) <= reach
 }
 
+/// Distance of two boxes \[m\].
+pub(crate) fn gap(a: &Bounds, b: &Bounds) -> f64 {
+    norm(std::array::from_fn(|k| ((a.0[k] - b.0[k]).abs() - a.1[k] - b.1[k]).max(0.0)))
+}
+
 /// Boxes in the given order and in that of cells.
-struct Boxes {
-    all: Vec<Bounds>,
+pub(crate) struct Boxes {
+    pub(crate) all: Vec<Bounds>,
     cells: Cells,
     sorted: Vec<Bounds>,
     /// Largest half extents \[m\].
@@ -213,7 +206,8 @@ struct Boxes {
 }
 
 impl Boxes {
-    fn new(all: impl Iterator<Item = Bounds>, reach: f64) -> Self {
+    /// Boxes that are looked for within `reach` of each other \[m\].
+    pub(crate) fn new(all: impl Iterator<Item = Bounds>, reach: f64) -> Self {
         let all: Vec<Bounds> = all.collect();
         let centres: Vec<Vec3> = all.iter().map(|b| b.0).collect();
         let largest = [0, 1, 2].map(|k| all.iter().map(|b| b.1[k]).fold(0.0, f64::max));
@@ -224,17 +218,18 @@ impl Boxes {
     }
 
     /// Number in the given order of the one that comes at `place` in the order of the cells.
-    fn number(&self, place: usize) -> usize {
+    pub(crate) fn number(&self, place: usize) -> usize {
         self.cells.items()[place] as usize
     }
 
-    /// Calls `f` with the numbers of boxes within reach of a box, from the place `first` on.
-    fn near(&self, first: usize, bounds: Bounds, mut f: impl FnMut(usize)) {
+    /// Calls `f` with the numbers of boxes within reach of the one at `place` in the order of the cells, from that on.
+    pub(crate) fn near(&self, place: usize, mut f: impl FnMut(usize)) {
+        let bounds = self.sorted[place];
         let around = add(add(bounds.1, self.largest), [self.reach; 3]);
         self.cells.near(bounds.0, around, |range| {
-            for place in range.start.max(first)..range.end {
-                if close(&self.sorted[place], &bounds, self.reach) {
-                    f(self.number(place));
+            for other in range.start.max(place)..range.end {
+                if close(&self.sorted[other], &bounds, self.reach) {
+                    f(self.number(other));
                 }
             }
         });

@@ -22,6 +22,8 @@ pub(crate) struct Tile {
     pub(crate) vertices: Vec<u32>,
     pub(crate) edges: Vec<u32>,
     pub(crate) triangles: Vec<u32>,
+    /// Vertices of all of these.
+    pub(crate) corners: Vec<u32>,
 }
 
 /// How one body is cut.
@@ -88,6 +90,13 @@ impl Tiles {
         (0..).zip(&vertices).for_each(|(i, key)| all[find(key)].vertices.push(i));
         (0..).zip(&edges).for_each(|(i, key)| all[find(key)].edges.push(i));
         (0..).zip(&triangles).for_each(|(i, key)| all[find(key)].triangles.push(i));
+        for tile in &mut all {
+            tile.corners.extend(&tile.vertices);
+            tile.corners.extend(tile.edges.iter().flat_map(|&e| mesh.edges[e as usize]));
+            tile.corners.extend(tile.triangles.iter().flat_map(|&t| mesh.triangles[t as usize]));
+            tile.corners.sort_unstable();
+            tile.corners.dedup();
+        }
         let inverse = |t: &[u32; 3]| {
             let [a, b, c] = t.map(rest);
             let (u, v) = (sub(b, a), sub(c, a));
@@ -98,41 +107,40 @@ impl Tiles {
         Self { all, cuts, order, inverse }
     }
 
-    /// Of each tile, whether in the block of two by two that begins with it no two pieces are within `reach` \[m\].
-    pub(crate) fn flat(&self, mesh: &Mesh, vertices: &[Vertex], reach: f64) -> Vec<bool> {
+    /// How far pieces of the block of two by two tiles that begins with `tile` are apart at least \[m\]; 0 where that is
+    /// not known.
+    pub(crate) fn apart(&self, mesh: &Mesh, vertices: &[Vertex], tile: usize) -> f64 {
         let gradient = |t: u32| {
             let [a, b, c] = mesh.triangles[t as usize].map(|i| vertices[i as usize].x);
             let (u, v, [p, q, r, s]) = (sub(b, a), sub(c, a), self.inverse[t as usize]);
             [add(scale(u, p), scale(v, r)), add(scale(u, q), scale(v, s))]
         };
-        let is_flat = |tile: &Tile| {
-            let Some(least) = self.cuts[tile.body].least else { return false };
-            let [i, j, k] = tile.place;
-            let block = [[0, 0], [0, 1], [1, 0], [1, 1]].map(|[a, b]| (tile.body, [i + a, j + b, k]));
-            let found = block.iter().filter_map(|key| self.order.binary_search(key).ok());
-            let all = || found.clone().flat_map(|n| &self.all[n].triangles).map(|&t| gradient(t));
-            let [a, b] = all().fold([[0.0; 3]; 2], |sum, f| [add(sum[0], f[0]), add(sum[1], f[1])]);
-            let Some(frame) = frame(a, b) else { return false };
-            all().all(|f| {
-                let [[xx, xy], [yx, yy]] = frame.map(|r| [dot(r, f[0]), dot(r, f[1])]);
-                let (mean, off) = (0.5 * (xx + yy), 0.5 * (xy + yx));
-                let most = (0.25 * (xx - yy) * (xx - yy) + off * off).sqrt();
-                (mean - most) * least > reach
-            })
+        let tile = &self.all[tile];
+        let Some(least) = self.cuts[tile.body].least else { return 0.0 };
+        let [i, j, k] = tile.place;
+        let block = [[0, 0], [0, 1], [1, 0], [1, 1]].map(|[a, b]| (tile.body, [i + a, j + b, k]));
+        let found = block.iter().filter_map(|key| self.order.binary_search(key).ok());
+        let all: Vec<[Vec3; 2]> = found.flat_map(|n| &self.all[n].triangles).map(|&t| gradient(t)).collect();
+        let [a, b] = all.iter().fold([[0.0; 3]; 2], |sum, f| [add(sum[0], f[0]), add(sum[1], f[1])]);
+        let Some(frame) = frame(a, b) else { return 0.0 };
+        let stretch = |f: &[Vec3; 2]| {
+            let [[xx, xy], [yx, yy]] = frame.map(|r| [dot(r, f[0]), dot(r, f[1])]);
+            let (mean, off) = (0.5 * (xx + yy), 0.5 * (xy + yx));
+            mean - (0.25 * (xx - yy) * (xx - yy) + off * off).sqrt()
         };
-        self.all.iter().map(is_flat).collect()
+        all.iter().map(stretch).fold(f64::INFINITY, f64::min).max(0.0) * least
     }
 
-    /// Whether two tiles lie in one block that is flat.
-    pub(crate) fn share(&self, flat: &[bool], a: usize, b: usize) -> bool {
+    /// Tiles that begin a block with two tiles in it.
+    pub(crate) fn blocks(&self, a: usize, b: usize) -> impl Iterator<Item = usize> {
         let (a, b) = (&self.all[a], &self.all[b]);
-        if a.body != b.body || (0..3).any(|k| (a.place[k] - b.place[k]).abs() > 1) {
-            return false;
-        }
-        let (low, high) = (|k: usize| a.place[k].max(b.place[k]) - 1, |k: usize| a.place[k].min(b.place[k]));
-        let begins = (low(0)..=high(0)).flat_map(|i| (low(1)..=high(1)).map(move |j| [i, j, a.place[2]]));
-        let mut known = begins.filter_map(|place| self.order.binary_search(&(a.body, place)).ok());
-        known.any(|n| flat[n])
+        let beside = a.body == b.body && (0..3).all(|k| (a.place[k] - b.place[k]).abs() <= 1);
+        let [low, high] = [0, 1].map(|k| {
+            let [from, to] = [a.place[k].max(b.place[k]) - 1, a.place[k].min(b.place[k])];
+            if beside { [from, to] } else { [0, -1] }
+        });
+        let begins = (low[0]..=low[1]).flat_map(move |i| (high[0]..=high[1]).map(move |j| [i, j, a.place[2]]));
+        begins.filter_map(|place| self.order.binary_search(&(a.body, place)).ok())
     }
 }
 
@@ -216,12 +224,12 @@ mod tests {
             let x: Vec<Vec3> = mesh.rest.iter().map(roll).collect();
             let vertices: Vec<Vertex> = x.iter().map(|&x| Vertex { x, ..Vertex::default() }).collect();
             let reach = 0.0052;
-            let flat = tiles.flat(&mesh, &vertices, reach);
+            let flat = |n: usize| tiles.apart(&mesh, &vertices, n) > reach;
             // Blocks that begin behind the last square are empty.
-            let is_flat = |(tile, &flat): (&Tile, &bool)| flat || tile.triangles.is_empty();
-            assert!(bend > 12.0 || tiles.all.iter().zip(&flat).all(is_flat), "{bend}");
+            let is_flat = |n: usize| flat(n) || tiles.all[n].triangles.is_empty();
+            assert!(bend > 12.0 || (0..tiles.all.len()).all(is_flat), "{bend}");
             for (a, b) in (0..tiles.all.len()).flat_map(|a| (0..=a).map(move |b| (a, b))) {
-                if !tiles.share(&flat, a, b) {
+                if !tiles.blocks(a, b).any(flat) {
                     continue;
                 }
                 let edges = [a, b].map(|n| tiles.all[n].edges.iter().map(|&e| mesh.edges[e as usize]).collect());
@@ -234,7 +242,8 @@ mod tests {
                 }
             }
         }
-        assert!(cut(alone).1.flat(&mesh, &vec![Vertex::default(); mesh.rest.len()], 0.005).iter().all(|f| !f));
+        let nowhere = vec![Vertex::default(); mesh.rest.len()];
+        assert!((0..tiles.all.len()).all(|n| tiles.apart(&mesh, &nowhere, n) <= 0.0));
     }
 
     #[test]
