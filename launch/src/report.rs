@@ -134,6 +134,9 @@ fn mark(paint: Paint, verdict: &Verdict) -> String {
     if verdict.passed { paint.good("ok") } else { paint.bad("failed") }
 }
 
+/// Losses below this share of the energy that moved are not told.
+const NEWS: f64 = 1e-3;
+
 fn energy(lines: &mut Lines, summary: &Summary) {
     let Some(total) = summary.energy.last().filter(|_| summary.windows > 0) else { return };
     let initial = total.initial_j.map_or_else(String::new, |e| format!("{} J at the start, ", short(e)));
@@ -141,8 +144,15 @@ fn energy(lines: &mut Lines, summary: &Summary) {
         0.0 => String::new(),
         some => format!(", {} J supplied from outside", short(some)),
     };
+    // Roundings are no news.
+    let some = |j: f64, what: &str| {
+        if j.abs() <= NEWS * (total.max_j - total.min_j) { String::new() } else { format!(", {} J {what}", short(j)) }
+    };
+    let lost = summary.lost_j().map_or_else(String::new, |[taken, rest]| {
+        some(taken, "taken by the exchange") + &some(rest, "by impact on walls and damping of the methods")
+    });
     let text = format!(
-        "{initial}{} J at the end, between {} and {} J, {} J dissipated{supplied}",
+        "{initial}{} J at the end, between {} and {} J, {} J dissipated{lost}{supplied}",
         short(total.final_j),
         short(total.min_j),
         short(total.max_j),
@@ -207,6 +217,19 @@ mod tests {
         assert!(text.contains("transfer defect 0 N s of 2 N s that crossed ok"), "{text}");
         assert!(text.contains("and 2 more in summary.json"), "{text}");
         assert!(text.ends_with("result verdict failed: the result is not to be trusted\n"), "{text}");
+    }
+
+    #[test]
+    fn what_no_book_explains_is_told() {
+        let mut summary = summary();
+        summary.energy[0] =
+            Energy { initial_j: Some(8.0), final_j: 2.0, max_j: 8.0, dissipated_j: 1.5, ..Energy::default() };
+        summary.interfaces[0].work_defect = -3.0;
+        let told = |summary: &Summary| human(summary, Path::new("out/x"), Paint::off());
+        let all = "1.5 J dissipated, 3 J taken by the exchange, 1.5 J by impact on walls and damping of the methods\n";
+        assert!(told(&summary).contains(all), "{}", told(&summary));
+        (summary.energy[0].dissipated_j, summary.interfaces[0].work_defect) = (6.001, 0.0);
+        assert!(told(&summary).contains("6.001 J dissipated\n"), "{}", told(&summary));
     }
 
     #[test]
