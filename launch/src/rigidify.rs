@@ -114,6 +114,10 @@ fn estimate(scene: &Scene, body: &Body, extent: &impl Fn(&Body) -> Option<[f64; 
     else {
         return None;
     };
+    if !body.regions.is_empty() {
+        // The estimates are those of one material.
+        return None;
+    }
     let size = extent(body)?;
     let longest = size.into_iter().fold(0.0, f64::max);
     let shortest = size.into_iter().fold(f64::INFINITY, f64::min);

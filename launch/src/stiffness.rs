@@ -40,7 +40,7 @@ pub(crate) fn split(scene: &mut Scene) -> Vec<Problem> {
 /// Bodies of a process with their wave speeds \[m/s\], the slowest first.
 fn waves(scene: &Scene, process: &str) -> Vec<(usize, f64)> {
     let own = scene.bodies.iter().enumerate().filter(|(_, b)| b.solver == process);
-    let mut waves: Vec<(usize, f64)> = own.filter_map(|(i, b)| Some((i, b.material.wave_speed_m_s()?))).collect();
+    let mut waves: Vec<(usize, f64)> = own.filter_map(|(i, b)| Some((i, b.wave_speed_m_s()?))).collect();
     waves.sort_by(|a, b| a.1.partial_cmp(&b.1).unwrap_or(Ordering::Equal));
     waves
 }

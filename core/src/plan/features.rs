@@ -11,6 +11,9 @@ const STATICS: &str = "statics";
 /// Feature of a plugin among whose static colliders may be terrain.
 const HEIGHT_FIELDS: &str = "height-fields";
 
+/// Feature of a plugin whose bodies may have regions of another material.
+pub(crate) const REGIONS: &str = "regions";
+
 /// Key of a body's source in scenes and descriptors.
 pub fn source_kind(source: &Source) -> &'static str {
     match source {
@@ -58,9 +61,13 @@ pub(super) fn check(scene: &Scene, participant: &Participant, plugin: &Descripto
         if !plugin.body_kinds.iter().any(|k| k == kind) {
             refuse(format!("body `{}`", body.name), &format!("bodies from `{kind}`"));
         }
-        let material = Material::name(&body.material);
-        if !plugin.materials.iter().any(|m| m == material) {
-            refuse(format!("body `{}`", body.name), &format!("material `{material}`"));
+        for material in body.materials().map(Material::name) {
+            if !plugin.materials.iter().any(|m| m == material) {
+                refuse(format!("body `{}`", body.name), &format!("material `{material}`"));
+            }
+        }
+        if !body.regions.is_empty() && !plugin.has_feature(REGIONS) {
+            refuse(format!("body `{}`", body.name), "regions of another material");
         }
         if body.prescribed.is_some() && !plugin.has_feature("prescribed") {
             refuse(format!("body `{}`", body.name), "prescribed motion");

@@ -18,6 +18,7 @@ use crate::time::Clock;
 use crate::visual::VisualForm;
 
 pub use build::{RECORDER, Refusal, build, plugin_of};
+pub(crate) use features::REGIONS;
 pub use features::{is_body_probe, source_kind};
 
 /// Index into [`Plan::participants`].

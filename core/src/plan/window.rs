@@ -72,7 +72,7 @@ pub fn contact_terms(name: &str, resolver: &Body, responder: &Body) -> Vec<Term>
     }
     let deforms = !matches!(responder.material, Material::Rigid { .. } | Material::PointMass);
     let stands_in = !deforms && responder.prescribed.is_none() && !is_liquid(&resolver.material);
-    let wave = resolver.spacing_m.zip(resolver.material.wave_speed_m_s());
+    let wave = resolver.spacing_m.zip(resolver.wave_speed_m_s());
     if let Some((d, c)) = wave.filter(|_| stands_in) {
         let why = format!("`{name}`: 20 substeps of the elastic wave of `{}` ({c:.1} m/s)", resolver.name);
         terms.push(Term::new(PROXY_SUBSTEPS * d / c, why));
@@ -83,13 +83,15 @@ pub fn contact_terms(name: &str, resolver: &Body, responder: &Body) -> Vec<Term>
     if is_liquid(&resolver.material) {
         let layer = responder.spacing_m.or(spacing);
         let lagged = spacing.zip(layer);
-        if let Some(seconds) =
-            lagged.and_then(|(d, layer)| liquid_window_s(&resolver.material, &responder.material, d, layer))
-        {
+        let bound = |(d, layer)| {
+            let each = responder.materials().filter_map(|m| liquid_window_s(&resolver.material, m, d, layer));
+            each.reduce(f64::min)
+        };
+        if let Some(seconds) = lagged.and_then(bound) {
             let why = format!("`{name}`: lagged exchange of a liquid with the surface layer of `{}`", responder.name);
             terms.push(Term::new(seconds, why));
         }
-    } else if let Some(c) = responder.material.wave_speed_m_s() {
+    } else if let Some(c) = responder.wave_speed_m_s() {
         if c > STIFF_WAVE_SPEED_M_S {
             let why = format!("`{name}`: stiff responder `{}` (wave speed {c:.0} m/s)", responder.name);
             terms.push(Term::new(STIFF_WINDOW_S, why));

@@ -28,6 +28,7 @@ pub(super) fn scene() -> SolverScene {
         spacing_m: None,
         velocity: VelocityField::Twist { linear_m_s: [0.0; 3], angular_rad_s: [0.0; 3] },
         prescribed: None,
+        regions: Vec::new(),
         color: None,
     };
     let view = |id: InterfaceId, role, partner: &str| InterfaceView {

@@ -6,8 +6,8 @@ use super::descriptor::{Descriptor, InterfaceRole};
 use super::scene::{InterfaceView, OwnView, SolverScene, ViewRole};
 use super::{BodyKind, PluginError, Points};
 use crate::boundary::Vec3;
-use crate::plan::{BoundaryForm, is_body_probe, source_kind};
-use crate::scene::{Body, Space};
+use crate::plan::{BoundaryForm, REGIONS, is_body_probe, source_kind};
+use crate::scene::{Body, Material, Space};
 
 /// Collects what a scene asks of a plugin that it cannot do.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -102,13 +102,16 @@ impl Refusals {
     }
 
     fn body(&mut self, plugin: &Descriptor, body: &Body) {
-        let (name, kind, material) = (&body.name, source_kind(&body.source), body.material.name());
+        let (name, kind) = (&body.name, source_kind(&body.source));
         let lists = |known: &[BodyKind], wanted: &str| known.iter().any(|k| k == wanted);
         if !lists(&plugin.body_kinds, kind) {
             self.push(format!("bodies from {kind}, only from {} (body `{name}`)", plugin.body_kinds.join(", ")));
         }
-        if !lists(&plugin.materials, material) {
+        for material in body.materials().map(Material::name).filter(|m| !lists(&plugin.materials, m)) {
             self.push(format!("material {material} (body `{name}`)"));
+        }
+        if !body.regions.is_empty() && !plugin.has_feature(REGIONS) {
+            self.push(format!("regions of another material (body `{name}`)"));
         }
         if body.prescribed.is_some() && !plugin.has_feature("prescribed") {
             self.push(format!("prescribed motion (body `{name}`)"));

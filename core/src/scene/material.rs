@@ -12,7 +12,7 @@ pub const TAIT_EXPONENT: f64 = 7.0;
 /// Source: Stomakhin et al., "A material point method for snow simulation" (2013), table 2.
 pub const SNOW: [f64; 3] = [2.5e-2, 7.5e-3, 10.0];
 
-/// What a body is made of. One material fills the whole body.
+/// What a body is made of, or a region of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Material {

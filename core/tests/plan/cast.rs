@@ -30,6 +30,7 @@ pub(crate) fn body(name: &str, solver: &str, material: Material) -> Body {
         spacing_m: None,
         velocity: VelocityField::Twist { linear_m_s: [0.0; 3], angular_rad_s: [0.0; 3] },
         prescribed: None,
+        regions: Vec::new(),
         color: None,
     }
 }

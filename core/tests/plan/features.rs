@@ -1,12 +1,12 @@
 //! What a plugin does not list is refused by name, everything at once.
 
 use cosplat_core::scene::{
-    Action, ActionKind, Joint, JointKind, Material, Motion, Probe, ProbeQuantity, Scheme, Source, Space,
+    Action, ActionKind, Joint, JointKind, Material, Motion, Probe, ProbeQuantity, Region, Scheme, Source, Space,
 };
 
 use crate::cast::{
-    RIGID, SAMPLES, attempt, body, empty, floor, four_kinds, joined, link, pair, planned, plugin, plugins, refused,
-    run_with, scene,
+    LIQUID, RIGID, SAMPLES, attempt, body, empty, floor, four_kinds, joined, link, pair, planned, plugin, plugins,
+    refused, run_with, scene,
 };
 use cosplat_core::plan::build;
 
@@ -174,6 +174,24 @@ fn a_static_collider_that_a_plugin_cannot_take_is_left_out_unless_the_scene_asks
     assert_eq!(refusals[0].what, "pair `x~floor`");
     scene.pairs[0].enabled = false;
     assert!(build(&scene, &plugins, 1).is_ok());
+}
+
+#[test]
+fn regions_are_refused_by_name_where_a_plugin_has_none() {
+    let mut scene = scene([body("y", "rigid", RIGID)]);
+    let pose = scene.bodies[0].pose;
+    scene.bodies[0].regions = vec![Region { material: RIGID, source: Source::Sphere { radius_m: 0.02 }, pose }];
+    let mut plugins = plugins();
+    let refusals = build(&scene, &plugins, 1).expect_err("it has no regions");
+    assert_eq!((refusals.len(), refusals[0].what.as_str()), (1, "body `y`"));
+    assert!(refusals[0].why.contains("regions of another material"), "{refusals:?}");
+    if let Some(rigid) = plugins.get_mut("rigid") {
+        rigid.features.push("regions".to_owned());
+        rigid.materials = vec!["rigid".to_owned()];
+    }
+    assert!(build(&scene, &plugins, 1).is_ok());
+    scene.bodies[0].regions[0].material = LIQUID;
+    assert!(build(&scene, &plugins, 1).is_err(), "the material of a region is one of the plugin's");
 }
 
 #[test]

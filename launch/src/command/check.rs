@@ -1,7 +1,8 @@
 //! `cosplat check`: everything up to the plan, without running.
 
+use cosplat_core::asset::ParticleCloud;
 use cosplat_core::plan::{InterfaceKind, source_kind};
-use cosplat_core::scene::Scheme;
+use cosplat_core::scene::{Material, Scheme};
 use serde::Serialize;
 
 use super::check_picture::draw;
@@ -48,7 +49,8 @@ struct Process {
 struct Body {
     name: String,
     process: String,
-    material: &'static str,
+    /// Its own, then those of its regions.
+    material: String,
     source: &'static str,
     /// As given; absent where density and shape decide.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -128,7 +130,7 @@ impl Check {
         let body = |b: &cosplat_core::scene::Body| Body {
             name: b.name.clone(),
             process: b.solver.clone(),
-            material: b.material.name(),
+            material: b.materials().map(Material::name).collect::<Vec<_>>().join(" + "),
             source: source_kind(&b.source),
             mass_kg: b.mass_kg,
         };
@@ -141,7 +143,7 @@ impl Check {
                 particles: cloud.position_m.len(),
                 spacing_m: cloud.spacing_m,
                 volume_m3,
-                mass_kg: b.mass_kg.or_else(|| b.material.density().map(|density| density * volume_m3)),
+                mass_kg: b.mass_kg.or_else(|| mass(b, cloud)),
                 notes: notes.map(|(_, words)| words.clone()).collect(),
                 picture: None,
             })
@@ -197,7 +199,7 @@ impl Check {
         let mut rows = vec![head(["body", "process", "material", "from", "mass"])];
         for b in &self.bodies {
             let mass = b.mass_kg.map_or_else(|| "by density".into(), |m| format!("{m} kg"));
-            rows.push(vec![b.name.clone(), b.process.clone(), b.material.into(), b.source.into(), mass]);
+            rows.push(vec![b.name.clone(), b.process.clone(), b.material.clone(), b.source.into(), mass]);
         }
         parts.push(table(paint, &rows));
         for f in &self.filled {
@@ -231,6 +233,12 @@ impl Check {
         }
         parts.join("\n")
     }
+}
+
+/// Mass by density of a body that was filled \[kg\].
+fn mass(body: &cosplat_core::scene::Body, cloud: &ParticleCloud) -> Option<f64> {
+    let density = |x| body.materials().nth(body.material_at(x)).and_then(Material::density);
+    cloud.position_m.iter().zip(&cloud.volume_m3).map(|(&x, volume)| Some(density(x)? * volume)).sum()
 }
 
 /// A choice as a scene writes it.

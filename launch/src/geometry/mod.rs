@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use cosplat_core::asset::{Asset, ParticleCloud};
-use cosplat_core::plan::Refusal;
+use cosplat_core::plan::{Refusal, source_kind};
 use cosplat_core::plugin::SolverScene;
 use cosplat_core::scene::{Body, BodyBinding, Material, Pose, Scene, Source, StaticCollider};
 use cosplat_core::visual::VisualForm;
@@ -90,6 +90,10 @@ impl Geometry {
         for body in &scene.bodies {
             let made = maker.body(body, visual(&body.solver));
             geometry.take(&body.name, &body.pose, made, &mut refused, "body");
+            for (i, region) in body.regions.iter().enumerate() {
+                let words = format!("its region {i}, a {}, is {}", source_kind(&region.source), region.material.name());
+                geometry.notes.push((body.name.clone(), words));
+            }
         }
         for wall in &scene.statics {
             let made = maker.wall(wall);

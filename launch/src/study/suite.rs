@@ -67,6 +67,8 @@ const FILES: &[(&str, &str)] = &cases![
     "tumbling-top.csv",
     "tumbling-top.study.toml",
     "tumbling-top.toml",
+    "two-material-column.study.toml",
+    "two-material-column.toml",
     "vibrating-column.study.toml",
     "yielding-bar.study.toml",
     "yielding-bar.toml",

@@ -47,6 +47,7 @@ fn scene(material: Material, threads: usize, edge: f64) -> SolverScene {
         spacing_m: Some(SPACING),
         velocity: spin,
         prescribed: None,
+        regions: Vec::new(),
         color: None,
     };
     let kind = ActionKind::Gravity { acceleration_m_s2: [0.0, 0.0, -9.81] };

@@ -4,7 +4,7 @@
 //! a body may bend too little (it locks) and its pressure alternates from particle to particle. So the part `λ ln J` of the
 //! stress becomes `λ ln J̄`,
 //!
-//! `ln J̄ = β Σ w θ_i + (1 - β) ln J`, `θ_i = Σ w V0 ln J / Σ w V0` over the particles of the body.
+//! `ln J̄ = β Σ w θ_i + (1 - β) ln J`, `θ_i = Σ w V0 ln J / Σ w V0` over the particles of the body that are of such a material.
 //!
 //! For a fixed lattice this stress is the derivative of the energy `Σ V0 (λ/2) ln J ln J̄`, because the average has the
 //! same weights to the nodes and back; so it makes no energy. What the average cannot see, the rest `1 - β` holds.
@@ -45,7 +45,7 @@ impl<R: Real> FBar<R> {
         self.tiles.resize(store.blocks.len(), [R::V::default(); TILE]);
         self.extents.resize(store.blocks.len(), Extent::default());
         self.spread(step, store, laws);
-        self.gather(step, laws);
+        self.gather(step);
         self.read(step, store, laws);
     }
 
@@ -59,14 +59,18 @@ impl<R: Real> FBar<R> {
         let cells = 1.0 / (step.dx * step.dx * step.dx);
         let mut work: Vec<_> = self.tiles.iter_mut().zip(&mut self.extents).zip(&store.blocks).collect();
         let one = |((tile, extent), block): &mut ((&mut Tile<R>, &mut Extent), &Block)| {
-            if laws[block.body as usize].f_bar().is_some() {
+            if laws[block.part as usize].f_bar().is_some() {
                 averages_to_tile::<R>(&store.quads[block.range()], block.live as usize, cells, tile, extent);
+            } else {
+                // Of a block that was in its place before.
+                extent.clear::<R>(tile);
+                **extent = Extent::default();
             }
         };
         for_each(step.parallel, &mut work, one);
     }
 
-    fn gather(&mut self, step: &Substep, laws: &[Law<R>]) {
+    fn gather(&mut self, step: &Substep) {
         let topology = step.topology;
         self.nodes.resize(topology.entries.len(), [R::V::default(); NODES]);
         self.ends = topology.groups.iter().skip(1).map(|&e| e as usize).collect();
@@ -75,10 +79,9 @@ impl<R: Real> FBar<R> {
         for_parts(step.parallel, &self.ends, &mut self.nodes, &mut none, &|g, nodes, ()| {
             let first = topology.group(g).start;
             for (i, nodes) in nodes.iter_mut().enumerate() {
-                if laws[topology.entries[first + i].body as usize].f_bar().is_none() {
+                if !sum::<R>(nodes, topology, first + i, tiles, extents) {
                     continue;
                 }
-                sum::<R>(nodes, &topology.sources[first + i], tiles, extents);
                 for node in nodes.iter_mut() {
                     let [logs, volume, ..] = node.array();
                     let mean = if volume.f64() <= EMPTY { R::default() } else { logs / volume };
@@ -92,7 +95,7 @@ impl<R: Real> FBar<R> {
         let (nodes, extents, topology) = (&self.nodes, &self.extents, step.topology);
         let mut work: Vec<_> = self.tiles.iter_mut().zip(&store.blocks).enumerate().collect();
         let one = |(b, (tile, block)): &mut (usize, (&mut Tile<R>, &Block))| {
-            if laws[block.body as usize].f_bar().is_some() {
+            if laws[block.part as usize].f_bar().is_some() {
                 extents[*b].load::<R>(tile, &topology.reached[*b], nodes);
             }
         };

@@ -70,7 +70,7 @@ impl<R: Real> Grid<R> {
                 if keeps[topology.entries[first + i].body as usize] <= 0.0 {
                     continue;
                 }
-                sum::<R>(nodes, &topology.sources[first + i], tiles, extents);
+                sum::<R>(nodes, topology, first + i, tiles, extents);
                 for node in nodes.iter_mut() {
                     let [px, py, pz, m] = node.array();
                     let empty = m.f64() <= step.empty;
@@ -87,7 +87,7 @@ impl<R: Real> Grid<R> {
             *group = Group::default();
             let first = topology.group(g).start;
             for (i, nodes) in nodes.iter_mut().enumerate() {
-                let used = sum::<R>(nodes, &topology.sources[first + i], tiles, extents);
+                let used = sum::<R>(nodes, topology, first + i, tiles, extents);
                 group.used |= used;
                 if used {
                     let entry = topology.entries[first + i];
@@ -99,18 +99,28 @@ impl<R: Real> Grid<R> {
 }
 
 /// Sum of all tiles that reach an entry. False where none does.
-pub(crate) fn sum<R: Real>(nodes: &mut Nodes<R>, sources: &[u32; 27], tiles: &[Tile<R>], extents: &[Extent]) -> bool {
+pub(crate) fn sum<R: Real>(
+    nodes: &mut Nodes<R>,
+    topology: &Topology,
+    entry: usize,
+    tiles: &[Tile<R>],
+    extents: &[Extent],
+) -> bool {
     nodes.fill(R::V::default());
     let mut used = false;
-    for (from, &block) in sources.iter().enumerate() {
-        if block != NONE && extents[block as usize].touches(26 - from) {
-            used = true;
-            let tile = &tiles[block as usize];
-            extents[block as usize].runs(26 - from, |t, n, length| {
-                for (node, part) in nodes[n..n + length].iter_mut().zip(&tile[t..t + length]) {
-                    *node += *part;
-                }
-            });
+    for (from, &first) in topology.sources[entry].iter().enumerate() {
+        let mut block = first;
+        while block != NONE {
+            if extents[block as usize].touches(26 - from) {
+                used = true;
+                let tile = &tiles[block as usize];
+                extents[block as usize].runs(26 - from, |t, n, length| {
+                    for (node, part) in nodes[n..n + length].iter_mut().zip(&tile[t..t + length]) {
+                        *node += *part;
+                    }
+                });
+            }
+            block = topology.next[block as usize];
         }
     }
     used

@@ -26,6 +26,9 @@
 //! lattice in a shape or a cloud that was prepared (`sample`); one that comes from a capture carries total deformation
 //! gradients for the Gaussians that ride on it.
 //!
+//! A body may have regions of another material (`read_regions`): parts with blocks of particles of their own, so that a
+//! block has one law, and with shared nodes, so that they stick.
+//!
 //! Solids near incompressibility average their volume ratio over cells (`fbar`), so that they do not lock.
 //!
 //! What flows, sand and liquid, meets walls at nodes and compares its volume with the grid's density (`shores`, `law::Room`).
@@ -53,6 +56,7 @@ mod quarantine;
 mod read;
 mod read_bodies;
 mod read_partners;
+mod read_regions;
 mod real;
 mod report;
 mod sample;

@@ -63,7 +63,7 @@ impl<R: Real> Tiles<R> {
         let mut work: Vec<_> = tiles.zip(store.blocks.iter().enumerate()).collect();
         let fill = |work: &mut Filled<R>| {
             let (((tile, extent), before), (b, block)) = work;
-            let (quads, live, law) = (&store.quads[block.range()], block.live as usize, &laws[block.body as usize]);
+            let (quads, live, law) = (&store.quads[block.range()], block.live as usize, &laws[block.part as usize]);
             let average = f_bar.of(*b, law);
             to_tile::<R>(quads, live, (law, average), (step.dt, step.dx), (tile, before.as_deref_mut()), extent);
         };
@@ -84,13 +84,13 @@ impl<R: Real> Tiles<R> {
         let mut work: Vec<_> = self.list.iter_mut().zip(&mut self.out).zip(before).collect();
         let extents = &self.extents;
         for_parts(step.parallel, &self.ends, &mut store.quads, &mut work, &|b, quads, ((tile, out), before)| {
-            let (body, reached) = (blocks[b].body as usize, &step.topology.reached[b]);
+            let reached = &step.topology.reached[b];
             extents[b].load::<R>(tile, reached, &grid.nodes);
             let before = before.as_deref_mut().map(|before| {
                 extents[b].load::<R>(before, reached, &grid.before);
-                (&*before, all::<R>(libm::exp(-step.dt / keeps[body])))
+                (&*before, all::<R>(libm::exp(-step.dt / keeps[blocks[b].body as usize])))
             });
-            **out = advance(quads, blocks[b].live as usize, step, (tile, before), &laws[body]);
+            **out = advance(quads, blocks[b].live as usize, step, (tile, before), &laws[blocks[b].part as usize]);
         });
     }
 

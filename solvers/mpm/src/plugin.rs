@@ -53,7 +53,8 @@ pub(crate) struct Run<R: Real> {
 impl<R: Real> Plugin for Mpm<R> {
     fn describe(&self) -> Descriptor {
         let double = size_of::<R>() == 8;
-        let features = ["statics", "height-fields", "gravity", "acceleration-field", "point-force", "impulse"];
+        let features =
+            ["statics", "height-fields", "gravity", "acceleration-field", "point-force", "impulse", "regions"];
         Descriptor {
             name: if double { "mpm-f64" } else { "mpm" }.into(),
             version: env!("CARGO_PKG_VERSION").into(),
@@ -152,7 +153,7 @@ impl<R: Real> Plugin for Mpm<R> {
     fn restore(&mut self, state: &[u8]) -> Result<(), PluginError> {
         let run = self.run.as_mut().ok_or_else(not_set_up)?;
         let mut reader = StateReader::new(state);
-        let store = run.sim.store.load(&mut reader, run.model.names.len())?;
+        let store = run.sim.store.load(&mut reader, &run.sim.setting.owners)?;
         let colliders = run.model.walls.len() + run.sim.setting.partners.len() + run.felt.len();
         let memory = Nodes::load(&mut reader, store.len() as u64, colliders as u64)?;
         let dissipated = reader.f64()?;

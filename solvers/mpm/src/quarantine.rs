@@ -33,7 +33,7 @@ const STRETCHED: f64 = 10.0;
 /// Share of a body's particles above which its motion is no longer that of the body.
 const MOST_QUARANTINED: f64 = 0.01;
 
-/// A body and one of its particles.
+/// A part of a body and one of its particles.
 type Culprit = (u32, u32);
 
 /// 1 in the lanes whose strain lies outside the range or is not finite, else 0.
@@ -102,7 +102,7 @@ impl<R: Real> Sim<R> {
 
     fn those(&self, which: impl Fn(usize) -> bool) -> Vec<Culprit> {
         let found = self.store.each().filter(|&(_, slot)| which(slot));
-        found.map(|(block, slot)| (block.body, self.store.ids[slot / 4][slot % 4])).collect()
+        found.map(|(block, slot)| (block.part, self.store.ids[slot / 4][slot % 4])).collect()
     }
 
     /// Puts particles into quarantine. Returns whether any was not in it yet.
@@ -118,14 +118,14 @@ impl<R: Real> Sim<R> {
         cause: &str,
     ) -> Result<bool, PluginError> {
         let before = books.quarantined;
-        for &(body, id) in culprits {
+        for &(part, id) in culprits {
             let slot = self.store.slot[id as usize] as usize;
             if self.store.in_quarantine(slot) {
                 continue;
             }
             let b = std::array::from_fn(|k| self.store.field(slot, B + k));
             let energy =
-                self.store.field(slot, VOL) * self.setting.laws[body as usize].energy(b, self.store.field(slot, PAST));
+                self.store.field(slot, VOL) * self.setting.laws[part as usize].energy(b, self.store.field(slot, PAST));
             books.dissipated += if energy.is_finite() { energy } else { 0.0 };
             books.quarantined += 1;
             self.store.put_in_quarantine(slot);

@@ -8,6 +8,7 @@ use cosplat_core::scene::{Body, ContactLaw, PairSpec, Space};
 use crate::contact::Pairs;
 use crate::model::{Model, Shown};
 use crate::params::Params;
+use crate::read_regions::Parts;
 use crate::real::Real;
 use crate::sample::extent;
 use crate::sim::Setting;
@@ -20,8 +21,8 @@ const CELLS_ACROSS: f64 = 6.0;
 /// Cells that sound crosses while particles of what flows keep the e-th part of what their motion has beside the grid's:
 /// columns of sand and flow between plates change little beyond it, and grains that fly apart begin to gain energy at 10.
 const MEMORY: f64 = 4.0;
-/// Bodies that fit into a sort key.
-const MOST_BODIES: usize = 1 << 10;
+/// Bodies and regions that fit into a sort key.
+const MOST_PARTS: usize = 1 << 10;
 
 /// Reads a scene.
 pub(crate) fn read<R: Real>(scene: &SolverScene) -> Result<Model<R>, PluginError> {
@@ -29,16 +30,15 @@ pub(crate) fn read<R: Real>(scene: &SolverScene) -> Result<Model<R>, PluginError
     let mut reader = Reader { scene, params, dx: 1.0, refused: Vec::new() };
     reader.refuse_whole_features();
     reader.dx = reader.grid_spacing();
-    let (mut seeds, mut shown, mut laws, mut particles) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for (i, body) in scene.bodies.iter().enumerate() {
-        let law = reader.law::<R>(body);
-        let law = if reader.params.f_bar == Some(false) { law.without_f_bar() } else { law };
+    let (mut seeds, mut shown, mut particles) = (Vec::new(), Vec::new(), Vec::new());
+    let Parts { laws, owners, of } = reader.parts::<R>();
+    for (i, (body, parts)) in scene.bodies.iter().zip(&of).enumerate() {
+        let kinds: Vec<(u32, f64)> = parts.iter().map(|&p| (p, laws[p as usize].start())).collect();
         let first = seeds.len() as u32;
-        let (new, show) = reader.body(body, i as u32, first, law.start());
+        let (new, show) = reader.body(body, i as u32, first, &kinds);
         particles.push(new.len() as u64);
         seeds.extend(new);
         shown.push(show);
-        laws.push(law);
     }
     let walls = scene.statics.iter().filter_map(|s| reader.wall(s)).collect();
     let pairs = reader.own_pairs(&shown);
@@ -62,6 +62,7 @@ pub(crate) fn read<R: Real>(scene: &SolverScene) -> Result<Model<R>, PluginError
         dx: reader.dx,
         keeps: keeps.collect(),
         laws,
+        owners,
         carries: carries.collect(),
         actions,
         pairs,
@@ -107,8 +108,8 @@ impl Reader<'_> {
         }
         self.refused.extend(scene.joints.iter().map(|j| format!("joints (`{}`)", j.name)));
         self.refused.extend(scene.links.iter().map(|l| format!("links (`{}`)", l.name)));
-        if scene.bodies.len() > MOST_BODIES {
-            self.refuse(format!("more than {MOST_BODIES} bodies"));
+        if scene.bodies.iter().map(|b| 1 + b.regions.len()).sum::<usize>() > MOST_PARTS {
+            self.refuse(format!("more than {MOST_PARTS} bodies and regions"));
         }
     }
 

@@ -7,15 +7,16 @@ use cosplat_core::scene::{Body, Material, Source, VelocityField};
 use crate::law::Law;
 use crate::model::{Mark, Shown};
 use crate::read::Reader;
+use crate::read_regions::relative_densities;
 use crate::real::Real;
 use crate::sample::{Sampled, prepared, sample};
 use crate::store::Seed;
 
 impl Reader<'_> {
-    /// Material of a body.
-    pub(crate) fn law<R: Real>(&mut self, body: &Body) -> Law<R> {
-        let lame = body.material.lame();
-        match (body.material, lame) {
+    /// Law of one of the materials of a body.
+    pub(crate) fn law<R: Real>(&mut self, body: &Body, material: &Material) -> Law<R> {
+        let lame = material.lame();
+        match (*material, lame) {
             (Material::Elastic { viscosity_pa_s, .. }, Some(lame)) => Some(Law::elastic(lame, viscosity_pa_s)),
             (Material::Elastoplastic { yield_stress_pa, .. }, Some(lame)) => {
                 Some(Law::elastoplastic(lame, yield_stress_pa, self.params.norm))
@@ -39,13 +40,14 @@ impl Reader<'_> {
             _ => None,
         }
         .unwrap_or_else(|| {
-            self.refuse(format!("material {} (body `{}`)", body.material.name(), body.name));
+            self.refuse(format!("material {} (body `{}`)", material.name(), body.name));
             Law::elastic(cosplat_core::scene::Lame { lambda_pa: 1.0, mu_pa: 1.0 }, 0.0)
         })
     }
 
-    /// Particles of a body, of which `first` come before, with the history `past`, and what is shown of it.
-    pub(crate) fn body(&mut self, body: &Body, index: u32, first: u32, past: f64) -> (Vec<Seed>, Shown) {
+    /// Particles of a body, of which `first` come before, and what is shown of it. `kinds` are the part and the history at
+    /// the start of each of its materials.
+    pub(crate) fn body(&mut self, body: &Body, index: u32, first: u32, kinds: &[(u32, f64)]) -> (Vec<Seed>, Shown) {
         if body.prescribed.is_some() {
             self.refuse(format!("prescribed motion (body `{}`)", body.name));
         }
@@ -60,17 +62,23 @@ impl Reader<'_> {
         let turn = |v: [f64; 3]| body.pose.rotate(v);
         let places: Vec<[f64; 3]> = points.iter().map(|&p| body.pose.apply(p)).collect();
         let volume: f64 = volumes.iter().sum();
-        let mass = body.mass_kg.unwrap_or(body.material.density().unwrap_or(0.0) * volume);
-        let density = mass / volume;
+        let kind_of = self.kinds(body, &points);
+        // Volumes of the same mass in the body's own material.
+        let heavy = relative_densities(body);
+        let weights: Vec<f64> = volumes.iter().zip(&kind_of).map(|(v, &kind)| v * heavy[kind]).collect();
+        let weight: f64 = weights.iter().sum();
+        let mass = body.mass_kg.unwrap_or(body.material.density().unwrap_or(0.0) * weight);
+        let density = mass / weight;
         let sound = |x: f64| x.is_finite() && x > 0.0;
-        if !(sound(mass) && volumes.iter().all(|&v| sound(v * density))) {
+        if !(sound(mass) && weights.iter().all(|&w| sound(w * density))) {
             self.refuse(format!("bodies without a positive mass and volume (body `{}`)", body.name));
         }
-        let weighted = places.iter().zip(&volumes).fold([0.0; 3], |s, (&x, &v)| add(s, scale(x, v)));
-        let center = scale(weighted, 1.0 / volume);
-        let seeds = places.iter().zip(&volumes).map(|(&position, &volume)| {
+        let weighted = places.iter().zip(&weights).fold([0.0; 3], |s, (&x, &w)| add(s, scale(x, w)));
+        let center = scale(weighted, 1.0 / weight);
+        let seeds = (0..places.len()).map(|i| {
+            let (position, volume, (part, past)) = (places[i], volumes[i], kinds[kind_of[i]]);
             let (velocity, gradient) = velocity_at(&body.velocity, position, center);
-            Seed { position, velocity, gradient, mass: density * volume, volume, past, body: index }
+            Seed { position, velocity, gradient, mass: density * weights[i], volume, past, body: index, part }
         });
         let each = area / surface.len().max(1) as f64;
         let mark = |&(i, normal): &(usize, [f64; 3])| Mark {
@@ -78,7 +86,7 @@ impl Reader<'_> {
             normal: turn(normal),
             area: each,
             volume: volumes[i],
-            mass: density * volumes[i],
+            mass: density * weights[i],
         };
         let shown = Shown {
             has_interface,

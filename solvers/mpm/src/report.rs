@@ -72,7 +72,7 @@ impl<R: Real> Sim<R> {
     fn block(&self, (index, block): (usize, &Block), averages: &FBar<R>, start: &[[f64; 3]]) -> Sums {
         let (store, dx) = (&self.store, self.setting.dx);
         let mut sums = Sums { body: block.body, ..Sums::default() };
-        if let Some(average) = averages.of(index, &self.setting.laws[block.body as usize]) {
+        if let Some(average) = averages.of(index, &self.setting.laws[block.part as usize]) {
             for (i, quad) in store.quads[block.range()].iter().enumerate() {
                 let energy = (average.energy(quad, (block.live as usize - 4 * i).min(4)) * quad[VOL]).array();
                 sums.elastic += energy.iter().map(|e| e.f64()).sum::<f64>();
@@ -89,7 +89,7 @@ impl<R: Real> Sim<R> {
             sums.momentum = sums.momentum.plus(Wrench { linear: p, angular: add(cross(x, p), affine) });
             sums.gross += norm(p);
             sums.kinetic += 0.5 * dot(p, v) + m * dx * dx / 8.0 * c.iter().map(|c| c * c).sum::<f64>();
-            let law = &self.setting.laws[block.body as usize];
+            let law = &self.setting.laws[block.part as usize];
             sums.elastic += store.field(slot, VOL) * law.energy(b, store.field(slot, PAST));
             let pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
             sums.second.iter_mut().zip(pairs).for_each(|(s, (i, j))| *s += m * x[i] * x[j]);
@@ -108,7 +108,7 @@ impl<R: Real> Sim<R> {
         } else {
             self.store.blocks.iter().enumerate().map(one).collect()
         };
-        let mut bodies = vec![Sums::default(); self.setting.laws.len()];
+        let mut bodies = vec![Sums::default(); self.setting.names.len()];
         for sums in &blocks {
             bodies[sums.body as usize].add(sums);
         }

@@ -12,28 +12,28 @@ impl<R: Real> Store<R> {
         sink.u64(self.blocks.len() as u64);
         for block in &self.blocks {
             let [x, y, z] = block.at.map(i32::cast_unsigned);
-            sink.bytes(bytemuck::cast_slice(&[x, y, z, block.body, block.live]));
+            sink.bytes(bytemuck::cast_slice(&[x, y, z, block.part, block.live]));
         }
         sink.bytes(bytemuck::cast_slice(&self.ids));
         sink.bytes(bytemuck::cast_slice(&self.quads));
         sink.bytes(bytemuck::cast_slice(&self.grads));
     }
 
-    /// Reads what `save` wrote for a store of so many particles and bodies.
-    pub(crate) fn load(&self, reader: &mut StateReader, bodies: usize) -> Result<Self, StateError> {
+    /// Reads what `save` wrote for a store of so many particles, whose parts belong to these bodies.
+    pub(crate) fn load(&self, reader: &mut StateReader, owners: &[u32]) -> Result<Self, StateError> {
         let count = reader.u64()?;
         if count > self.len() as u64 {
             return Err(StateError::Count { what: "blocks", found: count, expected: self.len() as u64 });
         }
         let (mut blocks, mut quads, mut live) = (Vec::with_capacity(count as usize), 0_u32, 0_u64);
         for _ in 0..count {
-            let [x, y, z, body, here] = columns::<[u32; 5]>(reader, 1)?[0];
-            let block =
-                Block { at: [x, y, z].map(u32::cast_signed), body, first: quads, quads: here.div_ceil(4), live: here };
+            let [x, y, z, part, here] = columns::<[u32; 5]>(reader, 1)?[0];
             live += u64::from(here);
-            if live > self.len() as u64 || body as usize >= bodies {
+            let Some(&body) = owners.get(part as usize).filter(|_| live <= self.len() as u64) else {
                 return Err(StateError::Count { what: "particles", found: live, expected: self.len() as u64 });
-            }
+            };
+            let (at, lanes) = ([x, y, z].map(u32::cast_signed), here.div_ceil(4));
+            let block = Block { at, body, part, first: quads, quads: lanes, live: here };
             quads += block.quads;
             blocks.push(block);
         }

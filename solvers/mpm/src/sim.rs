@@ -40,8 +40,10 @@ pub(crate) const MOST_WAY: f64 = 0.5;
 pub(crate) struct Setting<R: Real> {
     /// Grid spacing \[m\].
     pub(crate) dx: f64,
-    /// Material by body.
+    /// Material by part: that of each body, then those of regions.
     pub(crate) laws: Vec<Law<R>>,
+    /// Body by part.
+    pub(crate) owners: Vec<u32>,
     /// Bodies that carry total deformation gradients.
     pub(crate) carries: Vec<bool>,
     /// Time in which particles keep the e-th part of what their motion has beside the grid's, by body; 0: none \[s\].
@@ -252,7 +254,7 @@ impl<R: Real> Sim<R> {
         let parallel = setting.threads && store.len() >= SERIAL_BELOW;
         let step = Substep { topology, dx: setting.dx, dt, empty: EMPTY * setting.lightest, parallel };
         let start = course.start + from;
-        let push = Push::new(&setting.actions, setting.laws.len(), start, start + dt);
+        let push = Push::new(&setting.actions, setting.names.len(), start, start + dt);
         course.kicks.apply(store, setting.dx, (from + dt) / course.length);
         f_bar.average(&step, store, &setting.laws);
         tiles.fill(&step, store, (&setting.laws, f_bar), &setting.keeps);

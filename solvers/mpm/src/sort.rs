@@ -8,7 +8,7 @@ use crate::store::{Block, DEAD, FIELDS, Store, X, XLO, dead, key};
 impl<R: Real> Store<R> {
     /// Sorts. Particles of a block keep their order; arrivals line up by the block they come from.
     ///
-    /// Returns whether the list of blocks changed in place or body.
+    /// Returns whether the list of blocks changed in place or part.
     pub(crate) fn sort(&mut self, parallel: bool) -> bool {
         let shifts = self.rebase();
         let (places, list) = self.destinations(&shifts);
@@ -36,7 +36,7 @@ impl<R: Real> Store<R> {
             block.live += 1;
         }
         self.move_to(&source, parallel);
-        let same = |(a, b): (&Block, &Block)| a.at == b.at && a.body == b.body;
+        let same = |(a, b): (&Block, &Block)| a.at == b.at && a.part == b.part;
         let changed = blocks.len() != self.blocks.len() || !blocks.iter().zip(&self.blocks).all(same);
         self.blocks = blocks;
         changed
@@ -74,9 +74,9 @@ impl<R: Real> Store<R> {
         let mut last = ([0; 3], u32::MAX, u64::MAX);
         for (block, slot) in self.each() {
             let at = [0, 1, 2].map(|k| block.at[k] + i32::from(shifts[slot][k]));
-            if (at, block.body) != (last.0, last.1) {
-                last = (at, block.body, key(at, block.body));
-                list.push((last.2, Block { at, body: block.body, first: 0, quads: 0, live: 0 }));
+            if (at, block.part) != (last.0, last.1) {
+                last = (at, block.part, key(at, block.part));
+                list.push((last.2, Block { at, first: 0, quads: 0, live: 0, ..*block }));
             }
             places.push(last.2);
         }

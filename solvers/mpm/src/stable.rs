@@ -85,7 +85,7 @@ impl Limits {
         longest: f64,
         parallel: bool,
     ) -> Stable {
-        let one = |block: &Block| peaks(store, block, &laws[block.body as usize]);
+        let one = |block: &Block| peaks(store, block, &laws[block.part as usize]);
         let most = |mut a: Peaks, b: Peaks| {
             for (a, b) in a.iter_mut().zip(b) {
                 // On a tie the lower body, so that the order of the blocks does not matter.

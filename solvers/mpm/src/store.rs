@@ -34,13 +34,15 @@ pub(crate) type Grad<R> = [<R as Real>::V; 9];
 /// Identity of a dead lane.
 pub(crate) const DEAD: u32 = u32::MAX;
 
-/// Particles of one body in one block of cells.
+/// Particles of one part of a body in one block of cells. A part is all that a body has of one material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Block {
     /// Corner, in blocks from the world origin.
     pub(crate) at: [i32; 3],
     /// Body.
     pub(crate) body: u32,
+    /// Part, by which the materials are listed; of a body of one material, the body.
+    pub(crate) part: u32,
     /// First quad.
     pub(crate) first: u32,
     /// Number of quads.
@@ -59,7 +61,7 @@ impl Block {
 /// All particles.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Store<R: Real> {
-    /// Blocks in Morton order, then by body.
+    /// Blocks in Morton order, then by part.
     pub(crate) blocks: Vec<Block>,
     /// Particles.
     pub(crate) quads: Vec<Quad<R>>,
@@ -88,10 +90,12 @@ pub(crate) struct Seed {
     pub(crate) past: f64,
     /// Body.
     pub(crate) body: u32,
+    /// Part.
+    pub(crate) part: u32,
 }
 
-/// Block-order key: 18 bits of each block coordinate interleaved, then 10 bits of body.
-pub(crate) fn key(at: [i32; 3], body: u32) -> u64 {
+/// Block-order key: 18 bits of each block coordinate interleaved, then 10 bits of a body or a part.
+pub(crate) fn key(at: [i32; 3], which: u32) -> u64 {
     let spread = |a: i32| {
         let mut x = (i64::from(a) + (1 << 17)) as u64 & 0x3_ffff;
         x = (x | (x << 32)) & 0x001f_0000_0000_ffff;
@@ -100,7 +104,7 @@ pub(crate) fn key(at: [i32; 3], body: u32) -> u64 {
         x = (x | (x << 4)) & 0x10c3_0c30_c30c_30c3;
         (x | (x << 2)) & 0x1249_2492_4924_9249
     };
-    ((spread(at[0]) | (spread(at[1]) << 1) | (spread(at[2]) << 2)) << 10) | u64::from(body)
+    ((spread(at[0]) | (spread(at[1]) << 1) | (spread(at[2]) << 2)) << 10) | u64::from(which)
 }
 
 /// Largest block coordinate of a key.
@@ -117,7 +121,7 @@ impl<R: Real> Store<R> {
             if !at.iter().all(inside) {
                 return None;
             }
-            places.push((key(at.map(|a| a as i32), seed.body), id, at.map(|a| a as i32), cells));
+            places.push((key(at.map(|a| a as i32), seed.part), id, at.map(|a| a as i32), cells));
         }
         places.sort_by_key(|&(key, id, ..)| (key, id));
         let mut store = Self { slot: vec![DEAD; seeds.len()], ..Self::default() };
@@ -125,7 +129,14 @@ impl<R: Real> Store<R> {
             let (_, id, at, _) = same[0];
             let first = store.quads.len() as u32;
             let quads = same.len().div_ceil(4) as u32;
-            store.blocks.push(Block { at, body: seeds[id].body, first, quads, live: same.len() as u32 });
+            store.blocks.push(Block {
+                at,
+                body: seeds[id].body,
+                part: seeds[id].part,
+                first,
+                quads,
+                live: same.len() as u32,
+            });
             store.extend(quads as usize, with_gradients);
             for (i, (_, id, at, cells)) in same.iter().enumerate() {
                 store.put(first as usize * 4 + i, *id as u32, &seeds[*id], *at, *cells);
@@ -240,8 +251,16 @@ mod tests {
     #[test]
     fn positions_survive_far_from_the_origin() {
         let position = [1_234.567_890_123, -0.1, 3.3];
-        let seed =
-            Seed { position, velocity: [0.0; 3], gradient: [[0.0; 3]; 3], mass: 1.0, volume: 1.0, past: 0.0, body: 0 };
+        let seed = Seed {
+            position,
+            velocity: [0.0; 3],
+            gradient: [[0.0; 3]; 3],
+            mass: 1.0,
+            volume: 1.0,
+            past: 0.0,
+            body: 0,
+            part: 0,
+        };
         let store = Store::<f32>::new(&[seed], 0.01, false).expect("in range");
         let found = store.position(&store.blocks[0], 0, 0.01);
         for (a, b) in found.iter().zip(position) {

@@ -3,7 +3,7 @@
 //! A particle block writes and reads a tile of 8³ nodes: its own 4³ nodes, one layer below and three above (a quadratic
 //! kernel reaches two nodes past the base node; one more on each side lets particles stray by a cell between sorts).
 //! Each body has its own velocity at a node, so a grid block is an entry (place, body). Entries of one place lie
-//! together and form a group.
+//! together and form a group. Parts of a body have blocks of particles of their own and share its nodes: so they stick.
 
 use std::ops::Range;
 
@@ -29,8 +29,10 @@ pub(crate) struct Entry {
 pub(crate) struct Topology {
     /// In Morton order, then by body.
     pub(crate) entries: Vec<Entry>,
-    /// Particle blocks that reach an entry, by the offset (block − entry), see [`offset`].
+    /// Particle blocks that reach an entry, by the offset (block − entry), see [`offset`]: the first at each.
     pub(crate) sources: Vec<[u32; 27]>,
+    /// By particle block, the next of the same body at the same place: another part of it.
+    pub(crate) next: Vec<u32>,
     /// Entries that a particle block reaches, by the offset (entry − block).
     pub(crate) reached: Vec<[u32; 27]>,
     /// First entry of each group, and the end.
@@ -55,21 +57,21 @@ impl Topology {
         }
         keyed.sort_unstable_by_key(|&(key, _)| key);
         keyed.dedup_by_key(|&mut (key, _)| key);
-        let mut sources = vec![[NONE; 27]; keyed.len()];
+        let (mut sources, mut next) = (vec![[NONE; 27]; keyed.len()], vec![NONE; blocks.len()]);
         let mut reached = vec![[NONE; 27]; blocks.len()];
         for (b, block) in blocks.iter().enumerate() {
             for (i, reached) in reached[b].iter_mut().enumerate() {
                 let wanted = key(moved(block.at, offset(i)), block.body);
                 if let Ok(entry) = keyed.binary_search_by_key(&wanted, |&(key, _)| key) {
                     *reached = entry as u32;
-                    sources[entry][26 - i] = b as u32;
+                    append(&mut sources[entry][26 - i], &mut next, b as u32);
                 }
             }
         }
         let starts = |&i: &usize| i == 0 || keyed[i].1.at != keyed[i - 1].1.at;
         let mut groups: Vec<u32> = (0..keyed.len()).filter(starts).map(|i| i as u32).collect();
         groups.push(keyed.len() as u32);
-        Self { entries: keyed.into_iter().map(|(_, e)| e).collect(), sources, reached, groups }
+        Self { entries: keyed.into_iter().map(|(_, e)| e).collect(), sources, next, reached, groups }
     }
 
     /// Entries of a group.
@@ -86,5 +88,20 @@ impl Topology {
     pub(crate) fn find(&self, at: [i32; 3], body: u32) -> Option<usize> {
         let wanted = key(at, body);
         self.entries.binary_search_by_key(&wanted, |e| key(e.at, e.body)).ok()
+    }
+}
+
+/// Ends the chain that starts at `first` with a block, once: all entries around a place have the same chain.
+fn append(first: &mut u32, next: &mut [u32], block: u32) {
+    if *first == NONE {
+        *first = block;
+        return;
+    }
+    let mut last = *first;
+    while next[last as usize] != NONE {
+        last = next[last as usize];
+    }
+    if last != block {
+        next[last as usize] = block;
     }
 }

@@ -25,6 +25,8 @@ mod pair;
 #[cfg(test)]
 mod quarantine;
 #[cfg(test)]
+mod regions;
+#[cfg(test)]
 mod rigid;
 #[cfg(test)]
 mod sand;

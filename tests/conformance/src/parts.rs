@@ -38,6 +38,7 @@ pub fn body(name: &str, material: Material, source: Source, position_m: Vec3) ->
         spacing_m: None,
         velocity: twist([0.0; 3], [0.0; 3]),
         prescribed: None,
+        regions: Vec::new(),
         color: None,
     }
 }

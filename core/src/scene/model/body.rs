@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::region::Region;
 use crate::scene::Material;
 
 /// Three components along the world axes.
@@ -14,8 +15,11 @@ pub struct Body {
     pub name: String,
     /// Solver process that owns it: a key of `Scene::solvers` or the name of a plugin.
     pub solver: String,
-    /// What it is made of.
+    /// What it is made of, but for its regions.
     pub material: Material,
+    /// Parts of another material; where they overlap, the last holds.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub regions: Vec<Region>,
     /// Where its shape comes from.
     pub source: Source,
     /// Pose of the source's frame in the world.

@@ -8,6 +8,7 @@ mod camera;
 mod coupling;
 mod influence;
 mod place;
+mod region;
 
 use std::collections::BTreeMap;
 
@@ -18,6 +19,7 @@ pub use body::*;
 pub use camera::*;
 pub use coupling::*;
 pub use influence::*;
+pub use region::*;
 
 /// A whole scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

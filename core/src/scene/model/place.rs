@@ -145,6 +145,7 @@ mod tests {
             spacing_m: None,
             velocity: VelocityField::Twist { linear_m_s: [0.0, 0.0, 5.0], angular_rad_s: [0.0, 0.0, 1.0] },
             prescribed: None,
+            regions: Vec::new(),
             color: None,
         };
         let (x, v) = body.points().unwrap();

@@ -6,7 +6,7 @@ use super::names::{self, Kind};
 use super::node::{Origin, Value};
 use super::report::{nearest, quoted};
 use super::value::At;
-use super::{binding, material, motion, pair, source};
+use super::{binding, material, motion, pair, region, source};
 use crate::scene::material::Material;
 use crate::scene::model::{Body, BodyBinding, Source, StaticCollider, Wall};
 use crate::scene::pair::DEFAULT_FRICTION;
@@ -16,6 +16,7 @@ pub(super) fn body(fields: &Fields<'_>) -> Option<(Body, Option<BodyBinding>)> {
     let name = fields.must("name", |at| names::declare(&at, Kind::Body));
     let has_mass = fields.has("mass");
     let material = fields.must("material", |at| material::material(&at, has_mass)).flatten();
+    let regions = fields.tables("region", region::region);
     let source = source::source(fields);
     let solver = fields.opt("solver", |at| solver_name(&at));
     let (pose, velocity) = (motion::pose(fields), motion::initial_velocity(fields));
@@ -32,7 +33,7 @@ pub(super) fn body(fields: &Fields<'_>) -> Option<(Body, Option<BodyBinding>)> {
     let (name, material, source) = (name?, material?, source?);
     binding::check(fields, binding.as_ref(), &source);
     let solver = solver.unwrap_or_else(|| material.default_solver().to_owned());
-    let body = Body { name, solver, material, source, pose, mass_kg, spacing_m, velocity, prescribed, color };
+    let body = Body { name, solver, material, regions, source, pose, mass_kg, spacing_m, velocity, prescribed, color };
     Some((body, binding))
 }
 

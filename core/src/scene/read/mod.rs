@@ -44,6 +44,7 @@ mod node;
 mod overrides;
 mod pair;
 mod probe;
+mod region;
 mod report;
 mod settings;
 mod solver;

@@ -120,6 +120,7 @@ fn scene(method: Fill, body: &Staged, conditions: &Conditions) -> SolverScene {
         spacing_m: Some(body.cloud.spacing_m),
         velocity: VelocityField::Twist { linear_m_s: [0.0; 3], angular_rad_s: [0.0; 3] },
         prescribed: None,
+        regions: Vec::new(),
         color: None,
     };
     let ground = StaticCollider {

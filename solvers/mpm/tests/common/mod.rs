@@ -30,6 +30,7 @@ pub(crate) fn body(name: &str, material: Material, source: Source, at: [f64; 3],
         spacing_m: Some(spacing_m),
         velocity: VelocityField::Twist { linear_m_s: [0.0; 3], angular_rad_s: [0.0; 3] },
         prescribed: None,
+        regions: Vec::new(),
         color: None,
     }
 }

@@ -30,6 +30,7 @@ pub(crate) fn ball(density_kg_m3: f64, radius_m: f64, at: Vec3, spacing_m: f64) 
         spacing_m: Some(spacing_m),
         velocity: VelocityField::Twist { linear_m_s: [0.0; 3], angular_rad_s: [0.0; 3] },
         prescribed: None,
+        regions: Vec::new(),
         color: None,
     }
 }

@@ -47,6 +47,7 @@ pub(crate) fn liquid(material: Material, size_m: Vec3, centre: Vec3, spacing_m: 
         spacing_m: Some(spacing_m),
         velocity: VelocityField::Twist { linear_m_s: [0.0; 3], angular_rad_s: [0.0; 3] },
         prescribed: None,
+        regions: Vec::new(),
         color: None,
     }
 }

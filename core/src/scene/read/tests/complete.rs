@@ -26,6 +26,11 @@ spacing = 0.02
 color = [1, 0.5, 0]
 binding = { kind = "mean", neighbours = 7 }
 
+[[body.region]]
+material = { preset = "plushie", density = 90 }
+sphere = 0.05
+position = [0, 0, 0.2]
+
 [[body]]
 name = "rock"
 solver = "foreign"
@@ -172,6 +177,9 @@ fn every_key_is_read() {
         ["mpm", "foreign", "pbd", "mpm", "mpm", "mpm", "smoke", "rigid", "rigid", "mpm"]
     );
     assert_eq!(scene.bodies[0].material.density(), Some(60.0));
+    assert_eq!(scene.bodies[0].regions.len(), 1);
+    assert_eq!(scene.bodies[0].regions[0].material.density(), Some(90.0));
+    assert_eq!([[0.0, 0.0, 0.16], [0.0; 3]].map(|x| scene.bodies[0].material_at(x)), [1, 0]);
     let [x, y, z, w] = scene.bodies[0].pose.orientation;
     let half = std::f64::consts::FRAC_1_SQRT_2;
     assert!(x == 0.0 && y == 0.0 && (z - half).abs() < 1e-15 && (w - half).abs() < 1e-15);
@@ -239,6 +247,10 @@ fn rules_of_single_keys() {
         ("fill = \"none\"", "fill = \"nothing\"", "`fill` cannot be `nothing`"),
         ("[[0, 0, 0], [1, 1, 1]]", "[[0, 0, 2], [1, 1, 1]]", "`keep_box` is empty"),
         ("plane = [1, 2]", "plane = \"infinite\"", "a body cannot be an infinite plane"),
+        ("{ preset = \"plushie\", density = 90 }", "\"wonderplay-liquid\"", "it has no stiffness"),
+        ("sphere = 0.05", "sphere = -1", "`sphere` must be greater than 0 m, but is -1"),
+        ("sphere = 0.05", "plane = [1, 1]", "a region is a `box`, a `sphere` or a `cylinder`"),
+        ("sphere = 0.05", "", "`body[0].region[0]`: one of these keys is missing"),
         ("count = 1000", "count = 0.5", "must be a whole number between 1 and"),
         ("count = 1000", "count = 999999999999999999999999999999999999999999999", "must be a whole number"),
         ("material = \"rigid\"\nmass = 3", "material = \"rigid\"", "`body[8].material`: key `density` is missing"),
