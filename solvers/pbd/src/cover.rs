@@ -8,6 +8,7 @@
 use std::ops::Range;
 
 use cosplat_core::boundary::{Vec3, cross, dot, norm, scale, sub};
+use rayon::prelude::*;
 
 use crate::closest::{at, on_triangle};
 use crate::own::Mesh;
@@ -21,6 +22,9 @@ const APART: f64 = 0.5;
 const SAME: f64 = 1e-9;
 /// Cosine to the normal at the rim beyond which a side can be told.
 const FACED: f64 = 0.5;
+
+/// Triangles of a task.
+const TASK: usize = 2048;
 
 /// The triangles of one cloth in one substep.
 #[derive(Clone, Debug)]
@@ -59,14 +63,21 @@ pub(crate) struct Found {
 }
 
 impl<'a> Cover<'a> {
-    /// Of one body, `range` being its triangles.
-    pub(crate) fn new(mesh: &'a Mesh, vertices: &'a [Vertex], range: Range<usize>) -> Self {
+    /// Of one body, `range` being its triangles; `parallel` shares them out.
+    pub(crate) fn new(mesh: &'a Mesh, vertices: &'a [Vertex], range: Range<usize>, parallel: bool) -> Self {
         let ball = |t: &[u32; 3]| {
             let x = t.map(|i| vertices[i as usize].x);
             let middle = at(x, [1.0 / 3.0; 3]);
-            (middle, x.iter().map(|&x| norm(sub(x, middle))).fold(0.0, f64::max))
+            let square = |x: Vec3| dot(sub(x, middle), sub(x, middle));
+            (middle, x.map(square).into_iter().fold(0.0, f64::max).sqrt())
         };
-        Self { mesh, vertices, balls: mesh.triangles[range.clone()].iter().map(ball).collect(), range }
+        let triangles = &mesh.triangles[range.clone()];
+        let balls = if parallel {
+            triangles.par_iter().with_min_len(TASK).map(ball).collect()
+        } else {
+            triangles.iter().map(ball).collect()
+        };
+        Self { mesh, vertices, range, balls }
     }
 
     /// Positions of the vertices \[m\].

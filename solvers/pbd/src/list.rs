@@ -99,7 +99,7 @@ mod tests {
         for window in 0..20 {
             let at_now = |i: u32| Vertex { x: place(i, 0.001 * f64::from(window)), ..Vertex::default() };
             let vertices: Vec<Vertex> = (0..400).map(at_now).collect();
-            let cover = Cover::new(&mesh, &vertices, 0..count);
+            let cover = Cover::new(&mesh, &vertices, 0..count, false);
             let before = list.from[0].clone();
             list.renew(&cover, &samples, (0.015, 0.001, 0.01));
             renewed += u32::from(before != list.from[0]);

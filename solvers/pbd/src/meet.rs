@@ -79,7 +79,7 @@ impl Sim {
         course.proxies.iter_mut().for_each(|p| p.push(h));
         for (swarm, meeting) in course.swarms.iter_mut().zip(&course.meetings) {
             swarm.at(t);
-            let cover = Cover::new(&self.mesh, &self.vertices, meeting.triangles.clone());
+            let cover = Cover::new(&self.mesh, &self.vertices, meeting.triangles.clone(), setting.parallel);
             swarm.look(&cover, [0.5 * setting.thickness, setting.shortest], setting.parallel);
         }
         let alone = setting.walls.is_empty() && course.proxies.is_empty() && course.swarms.is_empty();

@@ -179,25 +179,31 @@ impl<'a> Swarm<'a> {
         self.contacts.iter().filter(|c| c.share == 0.0 && takes(c)).map(bead).collect()
     }
 
-    /// How many seams between samples go through the cloth at `t` \[s\] from the start of the window.
-    pub(crate) fn cut(&mut self, (mesh, vertices): (&Mesh, &[Vertex]), half: f64, t: f64) -> u64 {
+    /// How many seams between samples go through the cloth at `t` \[s\] from the start of the window; `parallel` shares
+    /// them out.
+    pub(crate) fn cut(&mut self, (mesh, vertices): (&Mesh, &[Vertex]), half: f64, t: f64, parallel: bool) -> u64 {
         self.at(t);
         let beads = self.beads(half, |_| true);
-        let corners = |t: u32| mesh.triangles[t as usize].map(|i| vertices[i as usize].x);
-        let mut all = Vec::new();
+        let mut near = Vec::new();
         seam::seams(&beads, |[a, b], _| {
             // Both ends of such a seam together are no further from the cloth than it is long, but for a last motion.
-            if a.distance + b.distance > norm(sub(b.x, a.x)) + 0.5 * a.touching {
-                return;
-            }
-            let known = self.list.samples.binary_search(&a.sample).map_or(&[][..], |place| self.list.of(place));
-            if known.iter().any(|&t| seam::crosses([a.x, b.x], corners(t))) {
-                all.push([a.sample, b.sample]);
+            if a.distance + b.distance <= norm(sub(b.x, a.x)) + 0.5 * a.touching {
+                near.push(([a.sample, b.sample], [a.x, b.x]));
             }
         });
-        all.sort_unstable();
-        all.dedup();
-        all.len() as u64
+        near.sort_unstable_by_key(|(samples, _)| *samples);
+        near.dedup_by_key(|(samples, _)| *samples);
+        let corners = |t: u32| mesh.triangles[t as usize].map(|i| vertices[i as usize].x);
+        let is_cut = |([sample, _], ends): &([u32; 2], [Vec3; 2])| {
+            let known = self.list.samples.binary_search(sample).map_or(&[][..], |place| self.list.of(place));
+            known.iter().any(|&t| seam::crosses(*ends, corners(t)))
+        };
+        let found = if parallel {
+            near.par_iter().with_min_len(TASK).filter(|seam| is_cut(seam)).count()
+        } else {
+            near.iter().filter(|seam| is_cut(seam)).count()
+        };
+        found as u64
     }
 
     /// How many samples are beyond the cloth.

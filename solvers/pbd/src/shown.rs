@@ -56,7 +56,7 @@ pub(crate) fn swarms<'a>(
         let theirs = samples.velocity.iter().map(|&v| norm(v)).fold(0.0, f64::max);
         let way = (theirs + model.sim.fastest()) * length;
         let triangles = model.sim.triangles(face.body);
-        let cover = Cover::new(&model.sim.mesh, &model.sim.vertices, triangles.clone());
+        let cover = Cover::new(&model.sim.mesh, &model.sim.vertices, triangles.clone(), false);
         let sizes = [way, 0.5 * model.sim.setting.thickness];
         swarms.push(Swarm::new(marks, (samples, input), &cover, sizes, known));
         meetings.push(Meeting { surface, triangles });

@@ -145,15 +145,25 @@ impl Sim {
                 return Err(PluginError::Aborted);
             }
         }
-        let last = Solve { h, per_h2: 1.0 / (h * h), first: false, relaxed: self.setting.relaxed };
-        course.books.left = self.edges.largest(&self.vertices, self.size, |edge, ends| edge.left(ends, &last));
-        let (half, now) = (0.5 * self.setting.thickness, (&self.mesh, &self.vertices[..]));
-        course.books.beyond = course.swarms.iter().map(Swarm::beyond).sum();
-        course.books.cut = course.swarms.iter_mut().map(|swarm| swarm.cut(now, half, course.length)).sum();
+        match pool.filter(|_| self.setting.parallel) {
+            Some(pool) => pool.install(|| self.inspect(course, h)),
+            None => self.inspect(course, h),
+        }
         if self.vertices.iter().all(|v| v.x.iter().chain(&v.u).all(|c| c.is_finite())) {
             return Ok(());
         }
         Err(PluginError::Physics("a vertex is nowhere: use a shorter `max_substep_s` or softer contact".into()))
+    }
+
+    /// Notes how the step ends, after substeps of `h` \[s\].
+    fn inspect(&self, course: &mut Course, h: f64) {
+        let (setting, now) = (&self.setting, (&self.mesh, &self.vertices[..]));
+        let last = Solve { h, per_h2: 1.0 / (h * h), first: false, relaxed: setting.relaxed };
+        let of = |edge: &Edge, ends: [&Vertex; 2]| edge.left(ends, &last);
+        course.books.left = self.edges.largest((now.1, self.size), setting.parallel, of);
+        let cut = |swarm: &mut Swarm| swarm.cut(now, 0.5 * setting.thickness, course.length, setting.parallel);
+        course.books.cut = course.swarms.iter_mut().map(cut).sum();
+        course.books.beyond = course.swarms.iter().map(Swarm::beyond).sum();
     }
 
     fn substep(&mut self, course: &mut Course, desks: &mut [Desk], t: f64, h: f64) {

@@ -61,10 +61,23 @@ impl Sweeps {
         if !self.relaxed {
             return -0.5 * c * lambda / h2;
         }
-        let left = libm::pow(1.0 - lambda, f64::from(self.iterations));
+        let left = power(1.0 - lambda, self.iterations);
         let soft = (compliance + h2 * weight) * (left / (1.0 - left)).max(1.0);
         if soft > 0.0 { 0.5 * c * c / soft } else { 0.0 }
     }
+}
+
+/// `x` to the power of `n`, by squares.
+fn power(mut x: f64, mut n: u32) -> f64 {
+    let mut all = 1.0;
+    while n > 0 {
+        if n & 1 == 1 {
+            all *= x;
+        }
+        x *= x;
+        n >>= 1;
+    }
+    all
 }
 
 /// Something that holds `N` vertices together.
@@ -170,12 +183,12 @@ impl<C> Phases<C> {
 }
 
 impl<C> Phases<C> {
-    /// Largest value of something that is not negative; zero without constraints.
+    /// Largest value of something that is not negative; zero without constraints. `parallel` shares blocks out.
     pub(crate) fn largest<const N: usize>(
         &self,
-        vertices: &[Vertex],
-        size: usize,
-        of: impl Fn(&C, [&Vertex; N]) -> f64,
+        (vertices, size): (&[Vertex], usize),
+        parallel: bool,
+        of: impl Fn(&C, [&Vertex; N]) -> f64 + Sync,
     ) -> f64
     where
         C: Constraint<N>,
@@ -183,9 +196,16 @@ impl<C> Phases<C> {
         let most = |list: &[C], from: usize| -> f64 {
             list.iter().map(|c| of(c, c.ends().map(|i| &vertices[from + i as usize]))).fold(0.0, f64::max)
         };
-        let first = self.first.iter().enumerate().map(|(b, list)| most(list, b * size));
-        let shifted = self.shifted.iter().enumerate().map(|(b, list)| most(list, b * size + size / 2));
-        first.chain(shifted).chain([most(&self.rest, 0), most(&self.anchored, 0)]).fold(0.0, f64::max)
+        let blocks = |all: &[Vec<C>], from: usize| -> f64 {
+            let one = |(b, list): (usize, &Vec<C>)| most(list, b * size + from);
+            if parallel {
+                all.par_iter().enumerate().map(one).reduce(|| 0.0, f64::max)
+            } else {
+                all.iter().enumerate().map(one).fold(0.0, f64::max)
+            }
+        };
+        let within = blocks(&self.first, 0).max(blocks(&self.shifted, size / 2));
+        within.max(most(&self.rest, 0)).max(most(&self.anchored, 0))
     }
 }
 
