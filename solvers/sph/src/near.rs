@@ -28,6 +28,11 @@ impl Rows {
         &self.all[from as usize..self.ends[i] as usize]
     }
 
+    /// Length of all lists.
+    pub(crate) fn len(&self) -> usize {
+        self.all.len()
+    }
+
     fn fill(&mut self, rows: usize, nobody: u32, mut list: impl FnMut(usize, &mut Vec<u32>)) {
         self.ends.clear();
         self.all.clear();

@@ -65,7 +65,7 @@ fn the_front_of_a_breaking_dam_is_not_behind_and_not_too_fast() {
 }
 
 #[test]
-#[ignore = "not met: the front is off the experiment by 6 % on average, and ahead by 12 % at most, no less with twice the particles"]
+#[ignore = "not met: the front is off the experiment by 6 % on average, and ahead by 12 % at most, no less with twice the particles; off that of Martin and Moyce (1952) by 7 and 13 %; dfsph is ahead by 10 % on average and 17 % at most"]
 fn the_front_of_a_breaking_dam_runs_as_measured() {
     let (deviation, _) = front(20.0);
     let mean = deviation.iter().map(|x| x.abs()).sum::<f64>() / deviation.len() as f64;

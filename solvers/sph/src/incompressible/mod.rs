@@ -54,6 +54,9 @@ const UNDONE: f64 = 0.2;
 /// single sum over particles out of their lattice scatters by some hundredths.
 const RETURN: f64 = 0.1;
 
+/// Pressure over that of the liquid's height and speed above which it is of the undoing's own making.
+const USUAL: f64 = 4.0;
+
 /// What a substep tells.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Solved {
@@ -106,6 +109,15 @@ pub(crate) struct Parts<'a> {
 pub(crate) fn pressed(model: &Model, store: &Store) -> f64 {
     let all = store.warm.iter().zip(&store.id).filter(|(p, _)| **p > 0.0);
     all.map(|(p, &id)| p / model.liquids[model.body[id as usize] as usize].rho).fold(0.0, largest)
+}
+
+/// Share of `UNDONE` and `RETURN` that is undone where pressure is more than weight and motion make it.
+///
+/// What is undone in a substep needs a velocity over the substep, and so a pressure over its square: that makes the next
+/// substep shorter, which would make the pressure higher.
+fn ease(model: &Model, store: &Store) -> f64 {
+    let (usual, now) = (model.head + store.fastest().powi(2), pressed(model, store));
+    if now > USUAL * usual { (USUAL * usual / now).sqrt() } else { 1.0 }
 }
 
 /// Longest substep \[s\], and what binds it.
@@ -219,6 +231,7 @@ impl Projection {
         let flow = (&self.moved[..], &mut self.rates[..]);
         self.operator.rates(&parts.pass, parts.walls, parts.pack, &self.contacts, true, flow);
         let half = parts.pass.model.kernel.half_space(parts.pass.model.spacing);
+        let ease = ease(parts.pass.model, parts.store);
         let all = parts.store.rho.iter().zip(&parts.store.id).zip(self.operator.rows.iter().zip(&self.rates));
         self.base.clear();
         self.base.extend(all.map(|((&rho, &id), (row, &[rate, mean]))| {
@@ -231,7 +244,7 @@ impl Projection {
             } else {
                 let around = mean / row.by_liquid;
                 let kept = (rho / rest(id)).max(row.filled.min(1.0));
-                kept.min(1.0) + UNDONE * (kept - 1.0).max(0.0) + RETURN * (around - 1.0).max(0.0)
+                kept.min(1.0) + ease * (UNDONE * (kept - 1.0).max(0.0) + RETURN * (around - 1.0).max(0.0))
             };
             share - 1.0 + dt * rate
         }));

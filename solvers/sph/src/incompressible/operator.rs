@@ -117,8 +117,8 @@ impl Operator {
         self.rows.resize(n, Row::default());
         self.stored.resize(n.div_ceil(CHUNK), Stored::default());
         for_chunks(pass.parallel, &mut self.rows, &mut self.stored, &|c, rows, stored| {
-            stored.liquid.clear();
-            stored.walls.clear();
+            stored.liquid.clear(pass.lists.chunks()[c].len());
+            stored.walls.clear((0..rows.len()).map(|k| walls.near(c * CHUNK + k).len()).sum());
             for (k, row) in rows.iter_mut().enumerate() {
                 let i = c * CHUNK + k;
                 let own = &pack[i];

@@ -11,9 +11,10 @@ pub(crate) struct Pairs(Vec<f32x4>);
 pub(crate) struct Rest<'a>(&'a [f32x4]);
 
 impl Pairs {
-    /// Forgets all.
-    pub(crate) fn clear(&mut self) {
+    /// Forgets all, with room for `count`.
+    pub(crate) fn clear(&mut self, count: usize) {
         self.0.clear();
+        self.0.reserve_exact(count);
     }
 
     /// Adds four, of which `gradient` has the components.

@@ -53,7 +53,7 @@ impl Edge {
         self.brims.resize(count + 1, Brim::default());
         self.pairs.resize(count.div_ceil(CHUNK), Pairs::default());
         for_chunks(pass.parallel, &mut self.brims[..count], &mut self.pairs, &|c, brims, pairs| {
-            pairs.clear();
+            pairs.clear(walls.lists().chunks()[c].len());
             for (k, brim) in brims.iter_mut().enumerate() {
                 let body = pass.model.faces[walls.pieces[c * CHUNK + k].face as usize].body;
                 let weight_of = scale(pass.gravity[body], pass.model.liquids[body].rho).map(f64x4::splat);
