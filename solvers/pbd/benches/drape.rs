@@ -23,13 +23,13 @@ const WINDOW: f64 = 4.5e-4;
 /// Windows of a measurement, and how many there are.
 const WINDOWS: [u64; 2] = [300, 6];
 
-/// Leaves that bend down towards their tips.
+/// Leaves that bend down towards their tips, and do not touch each other.
 fn leaves() -> Vec<[f64; 3]> {
     let place = |tier: usize, leaf: usize, k: usize| {
         let turn = std::f64::consts::TAU * (leaf as f64 + 0.5 * tier as f64) / LEAVES as f64;
         let (i, j) = ((k % ROW[0]) as f64, (k / ROW[0]) as f64);
         let (along, across) = (WIDTH * i, WIDTH * (j - 0.5 * (ROW[1] - 1) as f64));
-        let (out, up) = (0.05 + along * 0.9, along * 0.6 - 3.5 * along * along - 0.05 * tier as f64);
+        let (out, up) = (0.09 + along * 0.9, along * 0.6 - 3.5 * along * along - 0.05 * tier as f64);
         [out * turn.cos() - across * turn.sin(), out * turn.sin() + across * turn.cos(), up]
     };
     let all = (0..TIERS).flat_map(|tier| (0..LEAVES).map(move |leaf| (tier, leaf)));
