@@ -168,6 +168,7 @@ fn advance<R: Real>(
         };
         let past = quad[PAST];
         if let Some(new) = law.flow(&b, past, &room::<R>(quad, mass, step, law)) {
+            give::<R>(quad, step.dx, R::V::if_less(past, zero, zero, new.put));
             // What is in quarantine does not flow.
             let on = |old: R::V, new: R::V| R::V::if_less(past, zero, old, new);
             b = [0, 1, 2, 3, 4, 5].map(|k| on(b[k], new.b[k]));
@@ -232,14 +233,44 @@ fn remember<R: Real>(
 fn room<R: Real>(quad: &Quad<R>, mass: R::V, step: &Substep, law: &Law<R>) -> Room<R> {
     let (zero, one) = (R::V::default(), all::<R>(1.0));
     if !law.flows() {
-        return Room { space: one, way: zero, dt: step.dt };
+        return Room { space: one, way: zero, dt: step.dt, gives: zero };
     }
     // A dead lane has neither mass nor volume: it has room.
     let alive = |v: R::V, other: R::V| R::V::if_less(zero, quad[M], v, other);
     let (m, volume, mass) = (alive(quad[M], one), alive(quad[VOL], one), alive(mass, one));
     let cell = all::<R>(step.dx * step.dx * step.dx);
     let sound = (all::<R>(law.stiffness()) * volume / m).sqrt();
-    Room { space: alive(m / volume * cell / mass, one), way: sound * all::<R>(step.dt / step.dx), dt: step.dt }
+    let gives = straining::<R>(quad, step.dx) * alive(quad[M] / volume, zero);
+    Room { space: alive(m / volume * cell / mass, one), way: sound * all::<R>(step.dt / step.dx), dt: step.dt, gives }
+}
+
+/// Kinetic energy of the straining part of the particles' own motion, over their mass \[J/kg\]: `(dx²/8) |sym C|²`.
+#[inline]
+fn straining<R: Real>(quad: &Quad<R>, dx: f64) -> R::V {
+    let (c, half) = (gradient::<R>(quad), all::<R>(0.5));
+    let across = |i: usize, j: usize| (c[i][j] + c[j][i]) * half;
+    let [xy, xz, yz] = [across(0, 1), across(0, 2), across(1, 2)];
+    let sides = c[0][0] * c[0][0] + c[1][1] * c[1][1] + c[2][2] * c[2][2];
+    (sides + (xy * xy + xz * xz + yz * yz) * all::<R>(2.0)) * all::<R>(dx * dx / 8.0)
+}
+
+/// Takes that energy per volume at rest \[J/m³\] from the straining part of the motion, which has neither momentum nor
+/// moment: what the correction of a volume ratio puts in comes from nowhere else.
+#[inline]
+fn give<R: Real>(quad: &mut Quad<R>, dx: f64, energy: R::V) {
+    let zero = R::V::default();
+    if energy.array() == [R::default(); 4] {
+        return;
+    }
+    let has = straining::<R>(quad, dx) * quad[M] / quad[VOL].max(all::<R>(1e-30));
+    let left = (has - energy).max(zero) / has.max(all::<R>(1e-30));
+    let slower = R::V::if_less(zero, energy, all::<R>(1.0) - left.sqrt(), zero) * all::<R>(0.5);
+    let c = gradient::<R>(quad);
+    for i in 0..3 {
+        for j in 0..3 {
+            quad[C + 3 * i + j] = c[i][j] - slower * (c[i][j] + c[j][i]);
+        }
+    }
 }
 
 fn total<R: Real>(v: R::V) -> f64 {

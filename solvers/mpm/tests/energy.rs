@@ -59,7 +59,7 @@ fn sand_gains_nothing_when_it_is_let_go() {
         let mut start = on_floor(tower, 0.004);
         start.statics[0].pose.position_m[2] = above;
         let [rise, lost] = rises(name, start, 40);
-        assert!(rise <= MOST && lost >= -MOST, "{name}: {rise}, {lost}");
+        assert!(rise <= MOST && lost >= 0.0, "{name}: {rise}, {lost}");
     }
 }
 
@@ -107,7 +107,7 @@ fn a_liquid_gains_nothing() {
     start.actions = vec![gravity(-9.81)];
     let [rise, lost] = rises("water", start, 200);
     assert!(rise <= MOST, "{rise}");
-    // What brings its volume back to what the grid shows puts energy in, and counts against what is lost: measured, 5.4 % in
-    // these 2 s. It is no more than what its transfers lose unseen, or the sum above would rise.
-    assert!(lost >= -0.06, "{lost}");
+    // What brings its volume back to what the grid shows is taken from the motion: nothing is ever given back.
+    // Roundings of the walls' books aside.
+    assert!(lost >= -1e-12, "{lost}");
 }

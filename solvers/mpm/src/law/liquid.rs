@@ -58,22 +58,29 @@ impl<R: Real> Liquid<R> {
         [beta, beta, beta, zero, zero, zero]
     }
 
-    /// Moves volume beyond that at rest into the gap, and back. No energy is lost but what the correction to the grid's
-    /// density puts in, which counts against it.
+    /// Moves volume beyond that at rest into the gap, and back. No energy is lost; what the correction to the grid's density
+    /// puts in is no more than the motion gives.
     pub(super) fn flow(&self, b: &Sym<R>, gap: R::V, room: &Room<R>) -> Option<Returned<R>> {
         let (beta, zero) = (b[0], R::V::default());
         if gap.array() == [R::default(); 4] && !room.may_correct(beta) {
             return None;
         }
         let moved = ln_1p::<R>(beta) * all::<R>(1.5) + gap;
-        let total = room.correct(moved, gap);
-        let pressed = exp_m1::<R>(total.min(zero) * all::<R>(2.0 / 3.0));
-        let into = (total - moved.min(zero)).min(zero);
-        Some(Returned {
-            b: [pressed, pressed, pressed, zero, zero, zero],
-            past: total.max(zero),
-            lost: into * Self::volume(pressed) * self.stiffness * over_pressure::<R>(pressed),
-        })
+        let wanted = room.correct(moved, gap);
+        let by = (moved.min(zero) - wanted).max(zero);
+        let pressed_by = |by: R::V, total: R::V| {
+            let beta = exp_m1::<R>(total.min(zero) * all::<R>(2.0 / 3.0));
+            (beta, by * Self::volume(beta) * self.stiffness * over_pressure::<R>(beta))
+        };
+        let (mut pressed, mut put) = pressed_by(by, wanted);
+        let mut total = wanted;
+        if R::V::if_less(room.gives, put, put, zero).array() != [R::default(); 4] {
+            // The pressure rises with the way, so that a share of the way costs less than that share of the energy.
+            let share = R::V::if_less(room.gives, put, room.gives / put.max(all::<R>(1e-30)), all::<R>(1.0));
+            total = wanted + by * (all::<R>(1.0) - share);
+            (pressed, put) = pressed_by(by * share, total);
+        }
+        Some(Returned { b: [pressed, pressed, pressed, zero, zero, zero], past: total.max(zero), lost: zero, put })
     }
 
     /// `∫ -p dJ = K/γ (J^(1-γ)/(γ-1) + J - γ/(γ-1))` \[J/m³\].

@@ -75,6 +75,8 @@ pub(crate) struct Returned<R: Real> {
     pub(crate) past: R::V,
     /// Energy lost per volume at rest \[J/m³\].
     pub(crate) lost: R::V,
+    /// Energy that the correction to the grid's density put in, to be taken from the motion, per volume at rest \[J/m³\].
+    pub(crate) put: R::V,
 }
 
 /// Material of one body.
@@ -280,26 +282,28 @@ pub(crate) struct Room<R: Real> {
     pub(crate) way: R::V,
     /// Length of the substep \[s\].
     pub(crate) dt: f64,
+    /// Energy that the motion can give for a correction, per volume at rest \[J/m³\].
+    pub(crate) gives: R::V,
 }
 
 /// Part by which what flows may be denser on the grid than its volume ratio says: twice the uncertainty of the grid's
 /// density where particles lie in disorder, eight a cell. A smaller one would hear the noise, and press what it drives
 /// apart. In water that has broken loose the density differs by 0.11 to 0.14 (root of the mean square), a quarter of the
-/// particles is beyond this at any time, and pressing them apart puts in 2 % of the energy of a dam each second; without it
-/// the water would lose 20 % of its volume in 4 s, with 0.15 it loses 4 %.
+/// particles is beyond this at any time, and pressing them apart costs 2 % of the energy of a dam each second; without it
+/// the water would lose 20 % of its volume in 4 s.
 const SLACK: f64 = 0.1;
 /// Logarithm of the room that a particle at a plane surface has, whose kernel is half empty: what came apart closes when
 /// the grid shows no more than that, however fast it came.
 const SURFACE: f64 = 0.4;
 /// Cells that sound crosses while a volume ratio goes the e-th part of the way to what the grid shows: slow, because each
-/// step of it adds energy, which counts against what is lost.
+/// step of it costs energy, which is taken from the motion: what nothing strains is not pressed.
 const MEMORY: f64 = 100.0;
 
 impl<R: Real> Room<R> {
     /// Nothing but what the motion says.
     #[cfg(test)]
     pub(crate) fn endless() -> Self {
-        Self { space: all::<R>(1e9), way: R::V::default(), dt: 1.0 }
+        Self { space: all::<R>(1e9), way: R::V::default(), dt: 1.0, gives: all::<R>(1e30) }
     }
 
     /// Whether any volume ratio may have to follow: it opened, or the grid is denser than at rest.

@@ -37,12 +37,18 @@ impl<R: Real> Sand<R> {
     }
 
     /// Returns the strain to the cone and the gap to what is open. The energy lost is `2 μ |dev e| Δγ` with the returned
-    /// deviator, and what the cohesion held where it breaks, less what the correction to the grid's density put in.
+    /// deviator, and what the cohesion held where it breaks; what the correction to the grid's density puts in is no more
+    /// than the motion gives.
     pub(super) fn flow(&self, b: &Sym<R>, gap: R::V, room: &Room<R>) -> Option<Returned<R>> {
         let (log, zero, one) = (Log::<R>::of(b), R::V::default(), all::<R>(1.0));
         let (sum, norm) = (log.sum(), log.deviator());
         let moved = sum + gap;
-        let total = room.correct(moved, gap);
+        let wanted = room.correct(moved, gap);
+        let by = R::V::if_less(wanted, zero, (moved - wanted).max(zero), zero);
+        let cost = R::V::default() - by * wanted * all::<R>(self.solid.bulk());
+        // The pressure rises with the way, so that a share of the way costs less than that share of the energy.
+        let share = R::V::if_less(room.gives, cost, room.gives / cost.max(all::<R>(1e-30)), one);
+        let total = wanted + by * (one - share);
         let apex = all::<R>(self.tip);
         let tip = R::V::if_less(zero, gap, zero, apex);
         let bears = self.slope * (apex - total).max(zero);
@@ -56,12 +62,13 @@ impl<R: Real> Sand<R> {
         let new = log.returned(kept / norm.max(all::<R>(1e-30)), closed * total);
         let held = all::<R>(0.5 * self.solid.bulk() * self.tip * self.tip);
         let broken = open * R::V::if_less(zero, gap, zero, held);
-        let pressed = closed * (moved - total) * total * all::<R>(self.solid.bulk());
+        let work = closed * (moved - total) * total * all::<R>(self.solid.bulk());
         Some(Returned {
             // Untouched where nothing flows.
             b: [0, 1, 2, 3, 4, 5].map(|i| R::V::if_less(zero, touched, new[i], b[i])),
             past: open * total,
-            lost: kept * (closed * norm - kept) * self.solid.mu * all::<R>(2.0) + broken + pressed,
+            lost: kept * (closed * norm - kept) * self.solid.mu * all::<R>(2.0) + broken + work.max(zero),
+            put: (zero - work).max(zero),
         })
     }
 }

@@ -94,6 +94,7 @@ impl<R: Real> Snow<R> {
             b: [0, 1, 2, 3, 4, 5].map(|i| R::V::if_less(zero, touched, new[i], b[i])),
             past: R::V::if_less(zero, touched, after, packed),
             lost: R::V::if_less(zero, touched, work * before - stored * (later - before), zero),
+            put: zero,
         })
     }
 

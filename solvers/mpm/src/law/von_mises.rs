@@ -80,6 +80,7 @@ impl<R: Real> VonMises<R> {
             b: [0, 1, 2, 3, 4, 5].map(|i| R::V::if_less(zero, trial, new[i], b[i])),
             past: plastic + excess * all::<R>((2.0_f64 / 3.0).sqrt()),
             lost: excess * kept * self.solid.mu * all::<R>(2.0),
+            put: zero,
         })
     }
 
