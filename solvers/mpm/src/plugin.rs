@@ -185,7 +185,7 @@ impl<R: Real> Run<R> {
         });
         let stable = self.sim.stable(f64::INFINITY);
         let words = stable.bound.words(&self.model.names, &self.sim.setting.limits);
-        let (bodies, energy) = self.sim.states(&self.start, 0.0, 0.0);
+        let (bodies, energy, _) = self.sim.states(&self.start, 0.0, 0.0);
         let interfaces =
             self.model.faces.iter().map(|f| InterfaceReport { interface: f.id, ..InterfaceReport::default() });
         let report = Report {
@@ -242,9 +242,10 @@ impl<R: Real> Run<R> {
             interfaces.push(report);
         }
         let books = &course.books;
-        let (bodies, energy) = self.sim.states(&self.start, t, books.dissipated);
+        let (bodies, energy, stretch) = self.sim.states(&self.start, t, books.dissipated);
         let counters = [
             ("stretch-clamps", books.clamped),
+            ("largest-stretch-1e-6", (stretch * 1e6) as u64),
             ("rollbacks", books.rollbacks),
             ("quarantined-particles", books.quarantined),
             ("contact-places", books.places),

@@ -27,6 +27,8 @@ pub(crate) struct Sums {
     /// Σ m x xᵀ, without the trace: xx, yy, zz, xy, xz, yz.
     second: [f64; 6],
     farthest: f64,
+    /// Largest principal stretch, or more; of what flows 0.
+    stretch: f64,
 }
 
 impl Sums {
@@ -39,6 +41,7 @@ impl Sums {
         self.elastic += other.elastic;
         self.second.iter_mut().zip(other.second).for_each(|(a, b)| *a += b);
         self.farthest = self.farthest.max(other.farthest);
+        self.stretch = self.stretch.max(other.stretch);
     }
 
     fn state(&self) -> BodyState {
@@ -95,12 +98,16 @@ impl<R: Real> Sim<R> {
             sums.second.iter_mut().zip(pairs).for_each(|(s, (i, j))| *s += m * x[i] * x[j]);
             let id = store.ids[slot / 4][slot % 4] as usize;
             sums.farthest = sums.farthest.max(norm(sub(x, start[id])));
+            if !law.flows() {
+                sums.stretch = sums.stretch.max(stretch(b));
+            }
         }
         sums
     }
 
-    /// State of each body and the energies at time `t` \[s\], for particles that started at `start`.
-    pub(crate) fn states(&self, start: &[[f64; 3]], t: f64, dissipated: f64) -> (Vec<BodyState>, Energy) {
+    /// State of each body, the energies and the largest elastic stretch at time `t` \[s\], for particles that started at
+    /// `start`.
+    pub(crate) fn states(&self, start: &[[f64; 3]], t: f64, dissipated: f64) -> (Vec<BodyState>, Energy, f64) {
         let averages = self.averages();
         let one = |block: (usize, &Block)| self.block(block, &averages, start);
         let blocks: Vec<Sums> = if self.parallel() {
@@ -124,6 +131,32 @@ impl<R: Real> Sim<R> {
                 }
             }
         }
-        (bodies.iter().map(Sums::state).collect(), energy)
+        let stretch = bodies.iter().map(|sums| sums.stretch).fold(0.0, f64::max);
+        (bodies.iter().map(Sums::state).collect(), energy, stretch)
+    }
+}
+
+/// Largest principal stretch of the strain `b_e - I` (xx, yy, zz, xy, xz, yz), from above: no eigenvalue of a symmetric
+/// matrix is further from their mean than `√(2/3)` times the norm of its deviator, and the largest is as far under uniaxial
+/// tension (Wolkowicz and Styan, "Bounds for eigenvalues using traces", 1980).
+fn stretch(b: [f64; 6]) -> f64 {
+    let mean = (b[0] + b[1] + b[2]) / 3.0;
+    let [x, y, z] = [b[0] - mean, b[1] - mean, b[2] - mean];
+    let norm2 = x * x + y * y + z * z + 2.0 * (b[3] * b[3] + b[4] * b[4] + b[5] * b[5]);
+    (1.0 + mean + (norm2 * 2.0 / 3.0).sqrt()).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bound_of_the_stretch_is_the_stretch_of_a_pulled_bar_and_above_that_of_a_sheared_one() {
+        let bar = stretch([1.5 * 1.5 - 1.0, 0.81 - 1.0, 0.81 - 1.0, 0.0, 0.0, 0.0]);
+        // A few roundings of numbers of order one.
+        assert!((bar - 1.5).abs() < 1e-14, "{bar}");
+        // Simple shear γ: b - I has γ² and γ; its largest stretch is γ/2 + √(1 + γ²/4).
+        let (shear, exact) = (stretch([0.25, 0.0, 0.0, 0.5, 0.0, 0.0]), 0.25 + 1.0625_f64.sqrt());
+        assert!(shear >= exact && shear < 1.1 * exact, "{shear} {exact}");
     }
 }

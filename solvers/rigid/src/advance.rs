@@ -153,6 +153,7 @@ impl<'a> Stage<'a> {
                 }
             }
         }
+        self.count_gap();
         self.drive(end);
         self.check()?;
         Ok(done)

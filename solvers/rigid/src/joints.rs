@@ -117,6 +117,13 @@ impl Joint {
         }
     }
 
+    /// How far its point on one side is from that on the other, but for the way that it leaves free \[m\].
+    pub(crate) fn gap(&self, a: &Side, b: &Side) -> f64 {
+        let [pa, pb] = self.points(a, b);
+        let free = if self.kind == JointKind::Prismatic { self.stretch(a, b) } else { V3::zeros() };
+        (pa - pb - free).norm()
+    }
+
     /// Energy in its spring \[J\].
     pub(crate) fn potential(&self, a: &Side, b: &Side) -> f64 {
         0.5 * self.stiffness * self.stretch(a, b).norm_squared()

@@ -218,6 +218,16 @@ impl Stage<'_> {
         Side { inverse_mass: body.mass.recip(), inverse_inertia: tensor(&moving.turn, body.inverse), ..side }
     }
 
+    /// Notes how far the worst joint is open.
+    pub(crate) fn count_gap(&mut self) {
+        let side = |i: usize| self.side(i);
+        let gaps = self.model.joints.iter().map(|j| j.gap(&side(j.a), &j.b.map_or_else(Side::world, side)));
+        if let Some(gap) = gaps.reduce(f64::max) {
+            let most = self.counters.entry("largest-gap-of-a-joint-1e-9-m".to_owned()).or_default();
+            *most = (*most).max((gap * 1e9) as u64);
+        }
+    }
+
     /// Energy in the springs of all joints \[J\].
     pub(crate) fn spring_energy(&self) -> f64 {
         let side = |i: usize| self.side(i);

@@ -2,6 +2,8 @@
 //!
 //! A verdict says that something is broken; an estimate says how much of a result is noise of the method. It ends no run.
 
+mod solver;
+
 use cosplat_core::scene::{Material, Scene, Source};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -14,18 +16,6 @@ const ENERGY: f64 = 0.01;
 const RISE: f64 = 0.005;
 /// Part of the impulses of a link by which its two sides may differ.
 const IMPULSE: f64 = 0.05;
-/// Compression of a weakly compressible liquid: the square of a Mach number of a tenth (Monaghan 1994).
-const COMPRESSION: f64 = 0.01;
-/// Share of substeps in which contact may be left before it is settled: all, because what is left is solved in the next
-/// substep. Where it spoils the exchange, its work shows it.
-const UNSETTLED: f64 = 1.0;
-/// Part of its length by which a thread may be off beyond its compliance: woven cloth gives some hundredths before its
-/// threads are straight, so that a hundredth is not seen.
-const STRETCH: f64 = 0.01;
-/// How deep bodies may be inside each other \[m\]: what published stacks of rigid bodies are allowed.
-const OVERLAP_M: f64 = 5e-3;
-/// How far contact may set a rigid body aside in a substep \[m\]: the error that rapier allows itself.
-const ASIDE_M: f64 = 1e-3;
 
 /// An estimate of an error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -59,14 +49,7 @@ pub(crate) fn estimates(summary: &Summary) -> Vec<Estimate> {
     found.extend(balance(summary, moved));
     for process in &summary.processes {
         let Some(counters) = summary.counters.get(&process.name) else { continue };
-        let counted = |name: &str| counters.get(name).copied().unwrap_or_default() as f64;
-        let of = process.name.as_str();
-        found.extend(compression(of, 1e-6 * counted("largest-compression-1e-6")));
-        found.extend(unsettled(of, counted("contact-unsettled"), process.substeps as f64));
-        found.extend(stretch(of, 1e-6 * counted("largest-stretch-left-1e-6")));
-        found.extend(clamps(of, counted("stretch-clamps")));
-        found.extend(overlap(of, 1e-6 * counted("largest-overlap-1e-6-m")));
-        found.extend(aside(of, 1e-9 * counted("largest-correction-1e-9-m")));
+        found.extend(solver::estimates(process, counters));
     }
     found
 }
@@ -236,54 +219,6 @@ fn balance(summary: &Summary, moved: f64) -> Option<Estimate> {
     Some(estimate("balance of the energy", "total", [value, ENERGY], meaning, remedy))
 }
 
-fn compression(of: &str, value: f64) -> Option<Estimate> {
-    let meaning =
-        format!("the liquid is compressed by up to {}: volumes and levels are off by as much", percent(value));
-    let remedy = "raise the material's `stiffness`: four times the stiffness quarters it, for twice the substeps";
-    (value > 0.0).then(|| estimate("compression", of, [value, COMPRESSION], meaning, remedy))
-}
-
-fn unsettled(of: &str, times: f64, substeps: f64) -> Option<Estimate> {
-    if times == 0.0 || substeps == 0.0 {
-        return None;
-    }
-    let value = times / substeps;
-    let meaning = format!("contact was left before it was settled in {} of the substeps", percent(value));
-    let remedy = "shorten `max_substep_s` of the solver: shorter substeps leave less to settle, for more of them";
-    Some(estimate("unsettled contact", of, [value, UNSETTLED], meaning, remedy))
-}
-
-fn stretch(of: &str, value: f64) -> Option<Estimate> {
-    let meaning = format!(
-        "threads were left up to {} longer or shorter than they are made to be: the cloth is that much softer than its material",
-        percent(value)
-    );
-    let remedy = "halve `max_substep_s` of the solver: this quarters it, for twice the substeps; more `iterations` lower it \
-                  more slowly; published relaxation factors leave what they leave";
-    (value > 0.0).then(|| estimate("stretch left", of, [value, STRETCH], meaning, remedy))
-}
-
-fn clamps(of: &str, times: f64) -> Option<Estimate> {
-    let meaning =
-        format!("{times} times a particle was stretched beyond what its material law bears and was held there");
-    let remedy =
-        "refine the body's `spacing`, or soften what strikes it; each refinement costs eight times the particles";
-    (times > 0.0).then(|| estimate("stretch clamps", of, [times, 0.0], meaning, remedy))
-}
-
-fn overlap(of: &str, value: f64) -> Option<Estimate> {
-    let meaning = format!("a body was {value:.2e} m inside another, or inside a wall");
-    let remedy = "shorten `max_substep_s` of the solver, in proportion to the depth, for as many more substeps; a body that \
-                  begins inside another must be moved";
-    (value > OVERLAP_M).then(|| estimate("overlap [m]", of, [value, OVERLAP_M], meaning, remedy))
-}
-
-fn aside(of: &str, value: f64) -> Option<Estimate> {
-    let meaning = format!("contact set a body aside by {value:.2e} m in one substep: it was that deep in another");
-    let remedy = "shorten `substep_s` of the solver, in proportion to the depth, for as many more substeps";
-    (value > ASIDE_M).then(|| estimate("set aside [m]", of, [value, ASIDE_M], meaning, remedy))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -378,6 +313,10 @@ mod tests {
             ("contact-unsettled", 1),
             ("stretch-clamps", 2),
             ("largest-stretch-left-1e-6", 5_000),
+            ("largest-stretch-1e-6", 2_500_000),
+            ("largest-gap-of-a-joint-1e-9-m", 1),
+            ("largest-divergence-1e-6", 100),
+            ("largest-mean-crowding-1e-6", 200_000),
         ];
         let counters = counters.map(|(name, n)| (name.to_owned(), n)).into();
         summary.counters = [("left".to_owned(), counters)].into();
@@ -388,7 +327,11 @@ mod tests {
             ("compression", true),
             ("unsettled contact", false),
             ("stretch left", false),
+            ("strain guard [stretch]", true),
             ("stretch clamps", true),
+            ("gap of a joint [m]", false),
+            ("divergence", false),
+            ("crowding", true),
         ];
         assert_eq!(high, expected);
     }
