@@ -18,6 +18,8 @@ const THINNEST: f64 = 1e-30;
 pub struct Limits {
     /// A standard deviation becomes at most this many times the largest one before; without it there is no limit.
     pub stretch: Option<f64>,
+    /// Bands of the colour stay as they are, as if nothing had turned: for what turns by less than can be seen.
+    pub keep_colours: bool,
 }
 
 /// What happened to the Gaussians.
@@ -156,7 +158,7 @@ fn one(rest: &Splats, i: usize, local: &Local, limits: Limits, band: &mut [[f32;
     }
     let limit = limits.stretch.map_or(f64::INFINITY, |s| s * sigma.max());
     report.held = usize::from(parts.s.iter().any(|&s| s > limit));
-    if !band.is_empty() {
+    if !band.is_empty() && !limits.keep_colours {
         turn.of(&local.gradient, rest.sh_degree).apply(band);
     }
     Moved {

@@ -225,7 +225,12 @@ fn stretch_is_held_and_lost_maps_are_counted() {
     let stretch = Local { displacement: Vector3::zeros(), gradient: Matrix3::identity() * 100.0 };
     let broken = Local { displacement: Vector3::zeros(), gradient: Matrix3::repeat(f64::NAN) };
     let mut out = Splats::default();
-    let report = skin(&splats, |i| if i == 0 { stretch } else { broken }, Limits { stretch: Some(4.0) }, &mut out);
+    let report = skin(
+        &splats,
+        |i| if i == 0 { stretch } else { broken },
+        Limits { stretch: Some(4.0), ..Limits::default() },
+        &mut out,
+    );
     assert_eq!(report, Report { moved: 1, held: 1, lost: 1, unmoved: 0 });
     let largest = |s: &Splats| s.scales(0).into_iter().fold(0.0, f64::max);
     assert!(largest(&out) <= 4.0001 * largest(&splats));

@@ -81,6 +81,8 @@ impl Drawn {
 pub(super) struct Player<'a> {
     body: &'a Drawn,
     frame: OutputFrame,
+    /// Whether the colours of a capture turn with it.
+    turns_colours: bool,
     light: Light,
     /// Of a capture: how it stood at the first frame.
     shown: Option<Shown<'a>>,
@@ -96,7 +98,7 @@ pub(super) struct Player<'a> {
 }
 
 impl<'a> Player<'a> {
-    pub(super) fn new(body: &'a Drawn, frame: OutputFrame) -> Self {
+    pub(super) fn new(body: &'a Drawn, frame: OutputFrame, turns_colours: bool) -> Self {
         let light = Light::default();
         let splats = match &body.look {
             Look::Surface(samples) => lit(samples, &body.pose, &light, &frame),
@@ -104,7 +106,18 @@ impl<'a> Player<'a> {
             Look::Mesh(mesh, _) => mesh.drawn(&mesh.posed(&body.pose), &light, &frame).unwrap_or_default(),
             Look::Capture(_) | Look::Cloth(_) | Look::Dots(..) | Look::Smoke(..) => Splats::default(),
         };
-        Self { body, frame, light, shown: None, worn: None, is_woven: false, splats, has_moved: true, last: None }
+        Self {
+            body,
+            frame,
+            turns_colours,
+            light,
+            shown: None,
+            worn: None,
+            is_woven: false,
+            splats,
+            has_moved: true,
+            last: None,
+        }
     }
 
     /// Name of the body.
@@ -133,7 +146,7 @@ impl<'a> Player<'a> {
                     let shown = staged.shown(&self.body.pose, &self.frame, Some(position));
                     self.shown = Some(shown.map_err(|e| wrong(e.to_string()))?);
                 }
-                let limits = Limits { stretch: Some(STRETCH) };
+                let limits = Limits { stretch: Some(STRETCH), keep_colours: !self.turns_colours };
                 let gradients = (!gradient.is_empty()).then_some(gradient.as_slice());
                 let shown = self.shown.as_ref().ok_or_else(|| wrong("it is not staged".to_owned()))?;
                 shown.deformed(position, gradients, limits, &mut self.splats).map_err(|e| wrong(e.to_string()))?;

@@ -68,7 +68,7 @@ pub(crate) struct Frames {
 }
 
 /// Name of a picture, below the run folder.
-pub(super) fn picture(number: u64) -> String {
+pub(crate) fn picture(number: u64) -> String {
     format!("{PICTURES}/frame_{number:04}.png")
 }
 

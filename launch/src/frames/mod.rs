@@ -28,7 +28,7 @@ use cosplat_core::plugin::{
 use cosplat_core::visual::VisualFrame;
 
 pub(crate) use body::{Cloth, Drawn, Look, borrowed};
-pub(crate) use files::{Frames, Wanted};
+pub(crate) use files::{Frames, Wanted, picture};
 pub(crate) use live::LiveTo;
 pub(crate) use rows::Row;
 pub(crate) use surfaces::{Liquid, liquids};

@@ -100,7 +100,8 @@ impl Worker {
         let metres_per_unit = frame.from_world.inverse().scale;
         let preset = self.wanted.output.preset;
         self.conditions = preset.map(|_| Conditions::new(&self.wanted.folder, metres_per_unit));
-        let mut players: Vec<Player<'_>> = drawn.iter().map(|d| Player::new(d, frame)).collect();
+        let turns = self.wanted.output.turn_colours;
+        let mut players: Vec<Player<'_>> = drawn.iter().map(|d| Player::new(d, frame, turns)).collect();
         for order in orders {
             let visual = match order {
                 Order::Take(visual) => visual,

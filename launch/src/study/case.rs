@@ -143,6 +143,8 @@ pub(crate) enum Invariant {
         /// Replaces the energy at the start \[J\].
         scale: Option<f64>,
     },
+    /// The last picture is the first one: root of the mean squared difference of colours from 0 to 1.
+    Picture,
     /// Momentum: what the impulses do not explain, over the largest gross momentum of the run.
     Momentum,
 }

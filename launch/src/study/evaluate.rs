@@ -5,7 +5,7 @@ use super::design::Settings;
 use super::outcome::{Class, complaints, reported};
 use super::result::{CaseResult, Cost, Group, Measured, Row};
 use super::trial::Trial;
-use super::{front, gate, norm, order};
+use super::{front, gate, norm, order, pictures};
 use crate::folder::curves::Table;
 use crate::folder::summary::Summary;
 
@@ -152,6 +152,7 @@ fn row(finished: &Finished, quantities: &[Quantity], all: &[Finished]) -> Row {
         Kind::Invariant(Invariant::Energy { scale }) => energy_drift(summary, *scale),
         Kind::Invariant(Invariant::EnergyRise { scale }) => energy_rise(summary, *scale),
         Kind::Invariant(Invariant::Momentum) => row.momentum_defect,
+        Kind::Invariant(Invariant::Picture) => pictures::change(finished),
     };
     row.errors = quantities.iter().map(error).collect();
     row.error = largest(&row.errors, quantities);
@@ -277,6 +278,7 @@ fn measured(quantity: &Quantity) -> Measured {
             (None, "the total energy at the start".to_owned())
         }
         Kind::Invariant(Invariant::Momentum) => (None, "the impulses that explain it".to_owned()),
+        Kind::Invariant(Invariant::Picture) => (None, "the first picture".to_owned()),
     };
     Measured { name: quantity.name.clone(), measure, reference }
 }

@@ -18,6 +18,7 @@ mod gate;
 mod norm;
 pub(crate) mod order;
 pub(crate) mod outcome;
+pub(crate) mod pictures;
 mod pool;
 pub(crate) mod read;
 mod read_gate;

@@ -130,7 +130,12 @@ fn quantity(section: &Section<'_>, folder: &Path) -> Option<Quantity> {
             let scale = section.positive("scale");
             let energy = Invariant::Energy { scale };
             let rise = Invariant::EnergyRise { scale };
-            let words = [("energy", energy), ("energy-rise", rise), ("momentum", Invariant::Momentum)];
+            let words = [
+                ("energy", energy),
+                ("energy-rise", rise),
+                ("momentum", Invariant::Momentum),
+                ("picture", Invariant::Picture),
+            ];
             let kind = invariant.word(&words)?;
             Some(Quantity { name: invariant.text()?.to_owned(), kind: Kind::Invariant(kind) })
         }

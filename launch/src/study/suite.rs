@@ -20,6 +20,7 @@ const FILES: &[(&str, &str)] = &cases![
     "bars-1.study.toml",
     "bars-10.study.toml",
     "bars-2.study.toml",
+    "bead.ply",
     "bucket.obj",
     "budgets.study.toml",
     "catalogue.toml",
@@ -58,15 +59,21 @@ const FILES: &[(&str, &str)] = &cases![
     "piston.toml",
     "rolling-ball.study.toml",
     "rolling-ball.toml",
+    "sheared-layer.study.toml",
+    "sheared-layer.toml",
     "sliding-plate.study.toml",
     "sliding-plate.toml",
     "spinning-disc.study.toml",
     "spinning-disc.toml",
     "three-way.study.toml",
     "three-way.toml",
+    "thrown-water.study.toml",
+    "thrown-water.toml",
     "tumbling-top.csv",
     "tumbling-top.study.toml",
     "tumbling-top.toml",
+    "turning-bead.study.toml",
+    "turning-bead.toml",
     "two-material-column.study.toml",
     "two-material-column.toml",
     "vibrating-column.study.toml",
@@ -79,6 +86,7 @@ const FILES: &[(&str, &str)] = &cases![
     "stability/cloth-compliance.study.toml",
     "stability/cloth-impact.study.toml",
     "stability/cloth-mass.study.toml",
+    "stability/cloth-sweeps.study.toml",
     "stability/courant.study.toml",
     "stability/density-ratio.study.toml",
     "stability/far-1-km.study.toml",
@@ -90,6 +98,7 @@ const FILES: &[(&str, &str)] = &cases![
     "stability/link-stiffness.study.toml",
     "stability/liquid-courant.study.toml",
     "stability/liquid-density-ratio.study.toml",
+    "stability/liquid-incompressible.study.toml",
     "stability/liquid-of-points.study.toml",
     "stability/liquid-small-raft.study.toml",
     "stability/liquid-stiff.study.toml",
@@ -97,11 +106,15 @@ const FILES: &[(&str, &str)] = &cases![
     "stability/mass-ratio.study.toml",
     "stability/no-gravity.study.toml",
     "stability/overlap.study.toml",
+    "stability/plume.toml",
+    "stability/points.study.toml",
     "stability/poisson.study.toml",
     "stability/seed-ground.study.toml",
     "stability/sheet.toml",
     "stability/short-windows.study.toml",
     "stability/small-ball.study.toml",
+    "stability/smoke-heat.study.toml",
+    "stability/smoke-speed.study.toml",
     "stability/stack-mass.study.toml",
     "stability/stack-overlap.study.toml",
     "stability/stack-restitution.study.toml",
@@ -146,7 +159,7 @@ mod tests {
             for entry in fs::read_dir(root.join(folder)).unwrap() {
                 let path = entry.unwrap().path();
                 let name = path.file_name().unwrap().to_string_lossy().into_owned();
-                if path.extension().is_some_and(|end| end == "toml" || end == "csv" || end == "obj") {
+                if path.extension().is_some_and(|end| ["toml", "csv", "obj", "ply"].iter().any(|known| end == *known)) {
                     there.insert(if folder.is_empty() { name } else { format!("{folder}/{name}") });
                 }
             }

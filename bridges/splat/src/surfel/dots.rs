@@ -43,7 +43,7 @@ pub fn dots(
     if !gradients.is_empty() {
         let still = splats.clone();
         let of = |i: usize| Local { displacement: Vector3::zeros(), gradient: gradient(&gradients[i]) };
-        skin(&still, of, Limits { stretch: Some(STRETCH) }, &mut splats);
+        skin(&still, of, Limits { stretch: Some(STRETCH), ..Limits::default() }, &mut splats);
     }
     frame.from_world.apply(&mut splats, frame.axes);
     Ok(splats)

@@ -133,7 +133,7 @@ impl MeshSurfels {
         let particles = Particles { rest: &rest, now: &now, gradients: None };
         let local = binding.locals(still, &particles)?;
         let mut splats = Splats::default();
-        skin(still, &*local, Limits { stretch: Some(STRETCH) }, &mut splats);
+        skin(still, &*local, Limits { stretch: Some(STRETCH), ..Limits::default() }, &mut splats);
         let colours = samples.par_iter().enumerate().map(|(i, sample)| {
             // Its gradient takes the normal of the triangle to the normal.
             let Local { gradient, .. } = local(i);

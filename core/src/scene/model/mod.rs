@@ -151,6 +151,9 @@ pub struct OutputSpec {
     pub live: bool,
     /// Write a report to be read in a browser.
     pub report: bool,
+    /// Whether what the colour of Gaussians has of the direction they are seen from turns with them.
+    #[serde(default = "yes")]
+    pub turn_colours: bool,
     /// Who draws the pictures.
     pub renderer: RendererSpec,
     /// A fixed set of frames for another program.
@@ -230,6 +233,11 @@ impl OutputSpec {
     }
 }
 
+/// What summaries of runs from before [`OutputSpec::turn_colours`] did.
+fn yes() -> bool {
+    true
+}
+
 impl Default for OutputSpec {
     fn default() -> Self {
         Self {
@@ -243,6 +251,7 @@ impl Default for OutputSpec {
             video: false,
             live: false,
             report: true,
+            turn_colours: true,
             renderer: RendererSpec::default(),
             preset: None,
             camera: None,

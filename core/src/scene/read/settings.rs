@@ -154,6 +154,7 @@ pub(super) fn output(root: &Fields<'_>, clock: Option<&mut ClockSpec>) -> Output
             video: made_of_pictures(fields, "video", video, has_frames),
             live: false,
             report: fields.or("report", plain.report, |at| at.flag()),
+            turn_colours: fields.or("turn_colours", plain.turn_colours, |at| at.flag()),
             renderer: fields.opt("renderer", |at| at.word(&RENDERERS)).flatten().unwrap_or_default(),
             preset: preset.filter(|_| made_of_pictures(fields, "preset", true, has_frames)),
             camera: fields.opt("camera", |at| at.table(|fields| camera(fields, preset))).flatten(),

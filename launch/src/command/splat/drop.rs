@@ -78,7 +78,7 @@ pub(super) fn drop(method: Fill, body: &Staged, conditions: &Conditions) -> Resu
         if SHOWN.contains(&moment) {
             let mut splats = Splats::default();
             let gradients = (!gradients.is_empty()).then_some(gradients.as_slice());
-            let limits = Limits { stretch: Some(STRETCH) };
+            let limits = Limits { stretch: Some(STRETCH), ..Limits::default() };
             shown.deformed(&places, gradients, limits, &mut splats).map_err(|e| e.to_string())?;
             fall.shown.push(splats);
         }

@@ -10,7 +10,7 @@ use crate::exit::{Code, Error, Problem};
 use crate::page;
 use crate::render::{Paint, json, printable, table};
 use crate::scene_source::{load, parse};
-use crate::study::ablation::{Decision, Worth, case_of, decisions, worth};
+use crate::study::ablation::{Decision, Kept, Worth, case_of, decisions, kept, worth};
 use crate::study::case::{Case, Level};
 use crate::study::conduct::{Conditions, finish};
 use crate::supervise::signals::Signals;
@@ -55,6 +55,8 @@ struct Answer<'a> {
     passed: bool,
     /// The decisions.
     decisions: &'a [Worth],
+    /// What could be left out and is not.
+    kept: &'a [Kept],
 }
 
 /// Runs a scene with each decision the other way round.
@@ -84,15 +86,19 @@ pub(super) async fn ablation(args: &AblationArgs, signals: &mut Signals) -> Resu
     };
     let others: Vec<Case> = decisions.iter().map(other).collect();
     let Some(others) = finish(&others, conditions, signals, &mut tell).await? else { return Ok(Code::Interrupted) };
-    let pairs = decisions.iter().zip(others.iter().flatten());
-    let found: Vec<Worth> = pairs.map(|(decision, other)| worth(decision, &plain, other)).collect();
+    let pairs: Vec<_> = decisions.iter().zip(others.iter().flatten()).collect();
+    let beside = |decision: &Decision| {
+        let other = pairs.iter().find(|(known, _)| Some(known.name.as_str()) == decision.beside);
+        other.map_or(&plain, |(_, run)| *run)
+    };
+    let found: Vec<Worth> = pairs.iter().map(|(decision, other)| worth(decision, beside(decision), other)).collect();
     let passed = found.iter().all(|worth| worth.passed);
     let machine = machine();
-    let text = json(&Answer { version: VERSION, machine: &machine, passed, decisions: &found })?;
+    let text = json(&Answer { version: VERSION, machine: &machine, passed, decisions: &found, kept: kept() })?;
     let command: Vec<String> = std::env::args().collect();
     let page = page::study::Page { cases: &[], catalogue: &[], command: &command, version: VERSION, machine: &machine };
     write(&out, ANSWER, &text)?;
-    write(&out, PAGE, &page::study::ablation(&page, &scene.name, &found))?;
+    write(&out, PAGE, &page::study::ablation(&page, &scene.name, &found, kept()))?;
     let paint = Paint::stdout();
     let people =
         human(&found, paint) + &format!("\nwritten to {}\n", paint.cyan(&out.join(PAGE).display().to_string()));
@@ -110,8 +116,10 @@ fn human(found: &[Worth], paint: Paint) -> String {
         "the other way round",
         "state",
         "probes differ by",
+        "pictures",
         "saves [s]",
         "of cores [s]",
+        "of frames [s]",
         "[MiB]",
         "messages",
     ];
@@ -122,14 +130,16 @@ fn human(found: &[Worth], paint: Paint) -> String {
             Some(why) => why.clone(),
             None => if worth.same_bytes { "the same bytes" } else { "another" }.to_owned(),
         };
-        let difference = worth.difference.map_or_else(|| "–".into(), |d| format!("{d:.2e}"));
+        let differences = [worth.difference, worth.pictures_difference];
+        let differences = differences.map(|d| d.map_or_else(|| "–".into(), |d| format!("{d:.2e}")));
         let saved = [
             number(worth.saved_s),
             number(worth.saved_core_s),
+            number(worth.saved_frames_s),
             number(worth.saved_mib),
             worth.saved_messages.to_string(),
         ];
-        let cells = [worth.name.clone(), worth.instead.clone(), state, difference].into_iter().chain(saved);
+        let cells = [worth.name.clone(), worth.instead.clone(), state].into_iter().chain(differences).chain(saved);
         cells.map(|cell| printable(&cell)).collect()
     }));
     let mut text = format!("{}\n", table(paint, &lines));

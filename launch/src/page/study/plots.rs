@@ -76,9 +76,13 @@ fn order_plot(case: &CaseResult) -> Scatter {
 fn unit(key: &str) -> &'static str {
     match key.rsplit('.').next() {
         Some("window" | "duration") => "s",
-        Some("spacing") => "m",
+        Some("spacing" | "cell") => "m",
         Some("mass") => "kg",
-        Some("iterations") => "1",
+        Some("density") => "kg/m³",
+        Some("youngs_modulus" | "yield_stress") => "Pa",
+        Some("viscosity") => "Pa s",
+        Some("iterations" | "max_iterations" | "density_iterations" | "courant" | "poissons_ratio") => "1",
+        Some(name) if name.ends_with("_friction") => "1",
         Some(name) if name.ends_with("_s") => "s",
         _ => "in the unit of the scene",
     }

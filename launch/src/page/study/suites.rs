@@ -7,7 +7,7 @@ use super::super::number::{maybe, quantity};
 use super::super::parts::command;
 use super::super::tables::table;
 use super::Page;
-use crate::study::ablation::Worth;
+use crate::study::ablation::{Kept, Worth};
 use crate::study::control::Noticed;
 use crate::study::result::CaseResult;
 use crate::study::stability::{Behaviour, Field};
@@ -57,16 +57,18 @@ pub(crate) fn controls(page: &Page<'_>, noticed: &[Noticed]) -> String {
 }
 
 /// What decisions to leave something out are worth.
-pub(crate) fn ablation(page: &Page<'_>, scene: &str, found: &[Worth]) -> String {
+pub(crate) fn ablation(page: &Page<'_>, scene: &str, found: &[Worth], kept: &[Kept]) -> String {
     let head = [
         ("The other way round", ""),
         ("Decided by", ""),
         ("State", ""),
         ("Probes differ by", "n"),
-        ("Time saved [s]", "n"),
-        ("Core time saved [s]", "n"),
-        ("Memory saved [MiB]", "n"),
-        ("Messages saved", "n"),
+        ("Pictures differ by", "n"),
+        ("Saves time [s]", "n"),
+        ("of cores [s]", "n"),
+        ("of frames [s]", "n"),
+        ("memory [MiB]", "n"),
+        ("messages", "n"),
     ];
     let row = |worth: &Worth| {
         let (class, state) = match (&worth.why_not, worth.same_bytes) {
@@ -82,8 +84,10 @@ pub(crate) fn ablation(page: &Page<'_>, scene: &str, found: &[Worth]) -> String 
             },
             html! { span class=(class) { (state) } },
             html! { (maybe(worth.difference)) },
+            html! { (maybe(worth.pictures_difference)) },
             html! { (maybe(worth.saved_s)) },
             html! { (maybe(worth.saved_core_s)) },
+            html! { (maybe(worth.saved_frames_s)) },
             html! { (maybe(worth.saved_mib)) },
             html! { (quantity(worth.saved_messages as f64)) },
         ]
@@ -91,7 +95,11 @@ pub(crate) fn ablation(page: &Page<'_>, scene: &str, found: &[Worth]) -> String 
     let lead = "Each decision the other way round: what it changes, and what the decision saves.";
     let body = html! {
         (table(&head, found.iter().map(row).collect()))
-        p { "Times are those inside the windows, of single runs unless more were asked for; core times are those of all solvers, with their set-up, which other programs disturb less. Negative numbers are costs, or noise: with more `--runs` the median counts. A state is another one as well where a solver only remembers more." }
+        p { "Times are those inside the windows, of single runs unless more were asked for; core times are those of all solvers, with their set-up, which other programs disturb less. Negative numbers are costs, or noise: with more runs of each (--runs) the median counts. A state is another one as well where a solver only remembers more. Probes differ relative to how far they move, pictures by the root mean square of colours from 0 to 1." }
+        h2 { "What no scene leaves out" }
+        (table(&[("What", ""), ("Usually decided by", ""), ("Why it stays", "")], kept.iter().map(|k| vec![
+            html! { (k.what.replace('`', "")) }, html! { (k.indicator) }, html! { (k.why.replace('`', "")) },
+        ]).collect()))
     };
     whole(page, &format!("What {scene} does without"), lead, &body)
 }
