@@ -80,5 +80,5 @@ pub(super) fn averaging(scene: &Scene, solver: &str) -> Option<Decision> {
     let instead = "volume ratios are not averaged over cells";
     let set = vec![(format!("solver.{solver}.params.f_bar"), "false".to_owned())];
     let indicator = format!("bulk over shear modulus {most:.3e} against {STIFF_VOLUME:.3e}");
-    Some(Decision { set, indicator, ..decision(&format!("f-bar-{solver}"), instead, &[], most <= STIFF_VOLUME) })
+    Some(Decision { indicator, set, ..decision(&format!("f-bar-{solver}"), instead, &[], most <= STIFF_VOLUME) })
 }
