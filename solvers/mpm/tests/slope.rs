@@ -61,7 +61,9 @@ fn slides(lean_deg: f64, from: usize, windows: usize) -> Vec<f64> {
 }
 
 #[test]
-#[ignore = "a layer 5 cm deep creeps by 2.8 mm in 0.6 s, also when twice as long or loaded slowly"]
+// The node behind a floor that holds is free, so the stress drags it by 4 τ dt/ρ dx in every substep, and the lowest
+// particles feel it. Where it goes on as it came instead, the layer creeps by 8 µm, but on 40° it slides 7 % too fast.
+#[ignore = "a layer 5 cm deep creeps by 2.8 mm in 0.6 s, dragged from behind its floor"]
 fn a_layer_stays_below_the_friction_angle() {
     let way = slides(20.0, 40, 100);
     let creep = way[way.len() - 1] - way[0];
