@@ -35,7 +35,7 @@ fn wait_for_checkpoint(running: &Running, window: u64) {
         let mut windows = names.filter_map(|name| name.strip_suffix(".checkpoint")?.parse::<u64>().ok());
         windows.any(|found| found >= window)
     };
-    let deadline = Instant::now() + Duration::from_secs(120);
+    let deadline = Instant::now() + Duration::from_mins(2);
     while !is_there() {
         assert!(Instant::now() < deadline, "there never was a checkpoint of window {window}");
         std::thread::sleep(Duration::from_millis(5));
