@@ -83,8 +83,17 @@ pub(crate) fn stored(stiffness: f64, rho: f64, ratio: f64) -> f64 {
 }
 
 impl Pass<'_> {
-    /// Packs the particles.
+    /// Packs the particles with their pressures.
     pub(crate) fn pack(&self, store: &Store, pack: &mut [Pack]) {
+        self.fill(store, pack, |liquid, rho| pressure(liquid.stiffness, rho / liquid.rho));
+    }
+
+    /// Packs the particles with their densities in the place of pressures.
+    pub(crate) fn dense(&self, store: &Store, pack: &mut [Pack]) {
+        self.fill(store, pack, |_, rho| rho);
+    }
+
+    fn fill(&self, store: &Store, pack: &mut [Pack], shown: impl Fn(&Liquid, f64) -> f64 + Sync) {
         let mut nothing = vec![(); store.len().div_ceil(CHUNK)];
         for_chunks(self.parallel, pack, &mut nothing, &|c, pack, ()| {
             for (k, pack) in pack.iter_mut().enumerate() {
@@ -92,10 +101,9 @@ impl Pass<'_> {
                 let id = store.id[i] as usize;
                 let liquid = &self.model.liquids[self.model.body[id] as usize];
                 let rho = store.rho[i];
-                let pressure = pressure(liquid.stiffness, rho / liquid.rho);
                 // Who is put aside acts on nobody.
                 let volume = if rho > 0.0 { self.model.mass[id] / rho } else { 0.0 };
-                *pack = Pack { x: store.x[i], volume, v: store.v[i], pressure };
+                *pack = Pack { x: store.x[i], volume, v: store.v[i], pressure: shown(liquid, rho) };
             }
         });
     }
@@ -119,6 +127,7 @@ impl Pass<'_> {
                 let (body, own, mass) = (model.body[id] as usize, &pack[i], model.mass[id]);
                 let coheres = model.liquids[body].cohesion > 0.0 && own.volume > 0.0;
                 let (mut force, mut lost, mut pulled) = ([f64x4::ZERO; 3], f64x4::ZERO, [f64x4::ZERO; 3]);
+                let mut rubbed = [f64x4::ZERO; 3];
                 let pressure = f64x4::splat(own.pressure);
                 for j in self.lists.chunks()[c].row(k).chunks_exact(LANES) {
                     let others = Four::new(own, pack, j);
@@ -126,25 +135,30 @@ impl Pass<'_> {
                     let approach = others.approach();
                     let shear = drag(&kernel, self.viscosities(store, body, j), approach, others.square);
                     lost -= slope * shear * approach;
-                    let along = slope * (shear - pressure - others.pressure);
+                    let (along, rub) = (slope * (pressure + others.pressure), slope * shear);
                     if coheres {
                         let pull = cohesion::pull(&kernel, others.r) * self.cohesions(store, body, j);
                         pulled = [0, 1, 2].map(|k| pulled[k] - others.apart[k] * pull);
                     }
-                    force = [0, 1, 2].map(|k| force[k] + others.apart[k] * along);
+                    force = [0, 1, 2].map(|k| force[k] - others.apart[k] * along);
+                    rubbed = [0, 1, 2].map(|k| rubbed[k] + others.apart[k] * rub);
                 }
-                let mut force = add(scale(gather(force), own.volume), gather(pulled));
+                let mut rubbed = scale(gather(rubbed), own.volume);
+                let mut force = add(add(scale(gather(force), own.volume), rubbed), gather(pulled));
                 let mut lost = 0.5 * own.volume * lost.reduce_add();
                 let touched = walls.near(i);
                 if !touched.is_empty() {
-                    let (by_statics, by_partners, rubbed) = walls.press(model, own, touched);
-                    lost += rubbed;
-                    sums.walls = sums.walls.plus(Wrench { linear: by_statics, angular: cross(own.x, by_statics) });
-                    force = add(force, add(by_statics, by_partners));
+                    let by = walls.press(model, own, touched);
+                    lost += by.lost;
+                    rubbed = add(rubbed, by.rubbed);
+                    sums.walls = sums.walls.plus(Wrench { linear: by.statics, angular: cross(own.x, by.statics) });
+                    force = add(force, add(by.statics, by.partners));
                 }
                 let g = if is_here(store.rho[i]) { self.gravity[body] } else { [0.0; 3] };
                 *acceleration = add(scale(force, 1.0 / mass), g);
-                sums.lost += lost;
+                // Work is force times the mean velocity over the substep: where pressure shakes particles, what viscosity takes
+                // by their velocities at its start is up to twice as much.
+                sums.lost += lost - 0.5 * self.dt * dot(rubbed, *acceleration);
                 sums.acceleration = largest(dot(*acceleration, *acceleration), sums.acceleration);
                 let weight = scale(g, mass);
                 sums.weight = sums.weight.plus(Wrench { linear: weight, angular: cross(own.x, weight) });
@@ -200,13 +214,12 @@ impl Pass<'_> {
                 }
             }
         });
-        // From here on the packs' pressures are not needed: densities take their place.
-        for (pack, (v, rho)) in pack.iter_mut().zip(store.v.iter().zip(&store.rho)) {
-            (pack.v, pack.pressure) = (*v, *rho);
+        for (pack, v) in pack.iter_mut().zip(&store.v) {
+            pack.v = *v;
         }
     }
 
-    /// Densities at the end of the substep, from the velocities after the impulses at the places before them.
+    /// Densities of the substep, from the velocities and places at its start.
     pub(crate) fn compress(&self, store: &Store, pack: &[Pack], walls: &Walls, next: &mut [f64]) {
         let mut nothing = vec![(); store.len().div_ceil(CHUNK)];
         let model = self.model;

@@ -242,6 +242,12 @@ impl Course<'_> {
             store.dissipated += lost;
             books.returned += (-lost).max(0.0);
         } else {
+            // Densities first, from velocities before the impulses: those that samples show know what pressed on them in
+            // the last window. With densities last, what a sample yields in a window would be missing from them, and each
+            // window would make `(p A W)²/(2 m)` of energy for a mass m with the area A; so the exchange is a leapfrog.
+            pass.dense(store, &mut pack[..store.len()]);
+            pass.compress(store, pack, walls, next);
+            std::mem::swap(next, &mut store.rho);
             pass.pack(store, &mut pack[..store.len()]);
             walls.extrapolate(&Liquids { model, pack, gravity: &gravity, parallel });
             pass.accelerate(store, pack, walls, acceleration, sums);
@@ -254,8 +260,6 @@ impl Course<'_> {
             }
             let driven = driven(model, store, *start + time + dt);
             drive(model, store, pack, books, &driven);
-            pass.compress(store, pack, walls, next);
-            std::mem::swap(next, &mut store.rho);
         }
         for (x, v) in store.x.iter_mut().zip(&store.v) {
             *x = cosplat_core::boundary::add(*x, scale(*v, dt));

@@ -44,6 +44,17 @@ pub(crate) struct Piece {
     pub(crate) work: f64,
 }
 
+/// What walls do to a liquid particle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pressed {
+    /// Forces of static walls and of partners \[N\], and the part of both that is viscous.
+    pub(crate) statics: Vec3,
+    pub(crate) partners: Vec3,
+    pub(crate) rubbed: Vec3,
+    /// Power lost to the viscosity \[W\].
+    pub(crate) lost: f64,
+}
+
 /// All that are near.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Walls {
@@ -229,13 +240,13 @@ impl Walls {
         });
     }
 
-    /// Forces of static walls and of partners on a liquid particle near the boundary particles `near` \[N\], and the
-    /// power lost to the viscosity at them \[W\].
+    /// What walls do to a liquid particle near the boundary particles `near`.
     ///
     /// Each force acts along the line between the two, so that moments balance.
     #[inline]
-    pub(crate) fn press(&self, model: &Model, own: &Pack, near: &[u32]) -> (Vec3, Vec3, f64) {
+    pub(crate) fn press(&self, model: &Model, own: &Pack, near: &[u32]) -> Pressed {
         let (mut all, mut partners, mut lost) = ([f64x4::ZERO; 3], [f64x4::ZERO; 3], f64x4::ZERO);
+        let mut rubbed = [f64x4::ZERO; 3];
         for b in near.chunks_exact(LANES) {
             let others = Four::new(own, &self.seen, b);
             let rubs = [0, 1, 2, 3].map(|k| self.rubs[b[k] as usize]);
@@ -248,11 +259,13 @@ impl Walls {
             all = [0, 1, 2].map(|k| all[k] + force[k]);
             partners = [0, 1, 2].map(|k| partners[k] + force[k] * of_partner);
             if rubs.iter().any(|r| r[0] > 0.0) {
-                lost -= slope * shear * Four::new(own, &self.moving, b).approach();
+                let rub = slope * shear;
+                rubbed = [0, 1, 2].map(|k| rubbed[k] + others.apart[k] * rub);
+                lost -= rub * Four::new(own, &self.moving, b).approach();
             }
         }
         let (all, partners) = (gather(all), gather(partners));
-        (sub(all, partners), partners, lost.reduce_add())
+        Pressed { statics: sub(all, partners), partners, rubbed: gather(rubbed), lost: lost.reduce_add() }
     }
 
     /// Implicit viscosities at four, times how much more a particle's own velocity, mirrored at the surface, makes of it.
