@@ -21,8 +21,8 @@ const STIFF_WINDOW_S: f64 = 1e-3;
 const PROXY_SUBSTEPS: f64 = 20.0;
 /// Part of `√(σ d / (ρ_f c_f²))` that a window of a liquid against a light responder may last.
 ///
-/// Liquid and layer exchange as a leapfrog, stable up to 2/ω with ω² = 0.47 ρ_f c_f²/(σ d) by sums over the lattice of the
-/// liquid: 2.9 times that root. Liquid on both sides of a sheet makes it 2.1, and one that is compressed by a tenth 1.5.
+/// Liquid and layer exchange as a leapfrog, stable up to `2/ω` with `ω² = 0.47 ρ_f c_f²/(σ d)` by sums over the lattice of
+/// the liquid: 2.9 times that root. Liquid on both sides of a sheet makes it 2.1, and one compressed by a tenth 1.5.
 const LIQUID: f64 = 0.5;
 
 /// A window this many times too long is one that was rounded when it was written down.
