@@ -8,6 +8,9 @@ use cosplat_core::scene::{Diagnostic, Severity};
 
 use crate::exit::{Code, Error, Problem};
 
+/// Problems shown to people; a file with more is hardly a scene with mistakes. A program is given all of them.
+const MOST_PROBLEMS: usize = 50;
+
 /// Colours, where they are wanted. Everything must be understood without them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Paint {
@@ -117,11 +120,14 @@ fn line_and_column(source: &str, byte: usize) -> (usize, usize) {
     (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
 }
 
-/// An error in full: every problem, each with its place, its reasons and its hint.
+/// An error in full: every problem up to [`MOST_PROBLEMS`], each with its place, its reasons and its hint.
 pub(crate) fn error(paint: Paint, error: &Error) -> String {
-    let mut parts: Vec<String> = error.problems.iter().map(|p| problem(paint, p)).collect();
-    if parts.len() > 1 {
-        parts.push(format!("{} problems\n", parts.len()));
+    let (count, shown) = (error.problems.len(), error.problems.len().min(MOST_PROBLEMS));
+    let mut parts: Vec<String> = error.problems[..shown].iter().map(|p| problem(paint, p)).collect();
+    if count > shown {
+        parts.push(format!("{count} problems, of which the first {shown} are shown: is this the right file?\n"));
+    } else if count > 1 {
+        parts.push(format!("{count} problems\n"));
     }
     parts.join("\n")
 }
@@ -228,5 +234,13 @@ mod tests {
         let problem = Problem::new("It broke").because("because\x1b[2J of this").hint("mend it");
         let text = error(Paint::off(), &Error::new(Code::Process, problem));
         assert_eq!(text, "error: It broke\n  because [2J of this\n\nhint: mend it\n");
+    }
+
+    #[test]
+    fn what_is_no_scene_does_not_fill_the_terminal() {
+        let all = Error { code: Code::Scene, problems: vec![Problem::new("It broke"); 1000] };
+        let text = error(Paint::off(), &all);
+        assert_eq!(text.matches("It broke").count(), MOST_PROBLEMS);
+        assert!(text.ends_with("1000 problems, of which the first 50 are shown: is this the right file?\n"), "{text}");
     }
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::Serialize;
 
-use super::splat::read;
+use super::splat::read_some;
 use super::splat::statistics::Extent;
 use crate::cli::Format;
 use crate::exit::{Code, Error, Problem};
@@ -34,7 +34,7 @@ pub(crate) struct NewArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) splat: Option<PathBuf>,
     /// Longest side of the capture in metres [default: one unit of the file is one metre]
-    #[arg(long, value_name = "METRES", value_parser = length, requires = "splat")]
+    #[arg(long, value_name = "METRES", value_parser = length, allow_negative_numbers = true, requires = "splat")]
     pub(crate) length: Option<f64>,
     /// Form of the answer on standard output
     #[arg(long, value_enum, default_value_t)]
@@ -126,11 +126,12 @@ velocity = [0.0, 0.0, -1.0]
 
 /// A capture that stands on the floor, its longest side of that length, and a ball that comes from the right.
 fn capture(name: &str, file: &Path, length_m: Option<f64>) -> Result<String, Error> {
-    let read = read(file)?;
+    let read = read_some(file)?;
     let splats = &read.decoded.splats;
     let unusable = || {
         let problem = Problem::new(format!("There is nothing to see in `{}`", file.display())).at(file);
-        Error::new(Code::Scene, problem.because("no Gaussian has a finite place"))
+        let hint = "see what it holds with `cosplat splat info`";
+        Error::new(Code::Scene, problem.because("its Gaussians are all at one place").hint(hint))
     };
     let extent = Extent::visible(splats).filter(|e| e.longest() > 0.0).ok_or_else(unusable)?;
     let metres_per_unit = length_m.map_or(1.0, |length_m| length_m / extent.longest());

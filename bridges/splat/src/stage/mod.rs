@@ -93,7 +93,7 @@ pub enum StageError {
     #[error(transparent)]
     Similarity(#[from] SimilarityError),
     /// Nothing is left.
-    #[error("no Gaussian is left: {0}; lower `min_opacity` or widen `keep_box`")]
+    #[error("no Gaussian is left: {report}; {remedy}", report = .0, remedy = remedy(.0))]
     Empty(clean::Report),
     /// No inside and no surface, or too fine a lattice.
     #[error(transparent)]
@@ -104,6 +104,15 @@ pub enum StageError {
     /// The Gaussians cannot be tied to particles.
     #[error(transparent)]
     Bind(#[from] BindError),
+}
+
+/// What to do where no Gaussian is left.
+fn remedy(report: &clean::Report) -> &'static str {
+    if report.non_finite == report.total {
+        "write the file again with the tool it came from"
+    } else {
+        "lower `min_opacity` or widen `keep_box`"
+    }
 }
 
 /// What was made of a capture.

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::convert::Change;
 use super::look::{LookArgs, borrowed, camera, vector};
-use super::read;
+use super::read_some;
 use super::ssim::ssim;
 use super::statistics::Extent;
 use crate::cli::Format;
@@ -85,7 +85,7 @@ pub(super) fn compare(args: &CompareArgs) -> Result<Code, Error> {
 }
 
 fn compared(args: &CompareArgs) -> Result<Compared, Error> {
-    let first = finite(&read(&args.file)?.decoded.splats);
+    let first = finite(&read_some(&args.file)?.decoded.splats);
     let is_picture = args.other.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
     let unusable = |path: &Path, why: &dyn std::fmt::Display, hint: &str| {
         let problem = Problem::new(format!("Cannot compare with `{}`", path.display())).at(path).because(why);
@@ -110,7 +110,7 @@ fn compared(args: &CompareArgs) -> Result<Compared, Error> {
     let (there, other_gaussians, change) = if let Some((_, _, rgb)) = picture {
         (rgb, None, None)
     } else {
-        let second = finite(&read(&args.other)?.decoded.splats).to_axes(first.axes);
+        let second = finite(&read_some(&args.other)?.decoded.splats).to_axes(first.axes);
         let change = (second.len() == first.len()).then(|| Change::between(&first, &second));
         (drawn(&second, &view, args.background), Some(second.len()), change)
     };

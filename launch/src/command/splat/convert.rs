@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::output::{self, Output};
 use super::statistics::Spread;
-use super::{put, read, refused};
+use super::{put, read_some, refused};
 use crate::cli::Format;
 use crate::exit::{Code, Error};
 use crate::hint::{count, list};
@@ -85,7 +85,7 @@ fn written(args: &ConvertArgs) -> Result<Converted, Error> {
     output::free(&Output { from: &args.input, to: out, force: args.force })?;
     // Before the work: an ending that cannot be written is known at once.
     encode(&Splats::default(), ending_of(out)).map_err(|e| refused(out, e))?;
-    let capture = read(&args.input)?;
+    let capture = read_some(&args.input)?;
     let splats = &capture.decoded.splats;
     let bytes = encode(splats, ending_of(out)).map_err(|e| refused(out, e))?;
     let to = format::of(&bytes, ending_of(out)).map_err(|e| refused(out, e))?;
@@ -199,6 +199,7 @@ mod tests {
     use std::fs;
 
     use super::*;
+    use crate::command::splat::read;
 
     fn some() -> Splats {
         Splats {
@@ -244,6 +245,11 @@ mod tests {
         assert_eq!(refusal("a.ply", "c.compressed.ply").code, Code::Scene);
         assert_eq!(refusal("a.ply", "no/such/folder.ply").code, Code::Environment);
         assert_eq!(refusal("none.ply", "c.ply").code, Code::Scene);
+        let mut nothing = some();
+        nothing.positions[0][1] = f32::INFINITY;
+        fs::write(folder.join("a.ply"), encode(&nothing, Some("ply")).unwrap()).unwrap();
+        let none = &refusal("a.ply", "c.spz").problems[0];
+        assert_eq!(none.details, ["each of its 2 Gaussians has a number that is none"]);
         let mut again = args(folder, "b.spz", "a.ply");
         again.force = true;
         let back = written(&again).unwrap();

@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::look::vector;
 use super::output::{Output, axes_of, free, write};
 use super::statistics::Extent;
-use super::{put, read};
+use super::{put, read_some};
 use crate::cli::Format;
 use crate::exit::{Code, Error, Problem};
 use crate::geometry::axis;
@@ -136,7 +136,7 @@ fn densified(args: &DensifyArgs) -> Result<Densified, Error> {
         encoded(out, &TriangleMesh::default())?;
     }
     // Turned as OUT will be, so that the mesh lies where its Gaussians lie.
-    let splats = read(&args.input)?.decoded.splats.to_axes(axes_of(&args.output));
+    let splats = read_some(&args.input)?.decoded.splats.to_axes(axes_of(&args.output));
     let unusable = |why: &dyn std::fmt::Display| {
         let problem = Problem::new(format!("Cannot close `{}`", args.input.display())).at(&args.input).because(why);
         Error::new(Code::Scene, problem.hint("change `--spacing`, `--min-opacity`, `--up` or what the message names"))

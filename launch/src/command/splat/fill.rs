@@ -17,7 +17,7 @@ use super::look::{LookArgs, borrowed, camera, vector};
 use super::output::{Output, free};
 use super::picture::picture_name;
 use super::statistics::Extent;
-use super::{put, read};
+use super::{put, read_some};
 use crate::cli::Format;
 use crate::exit::{Code, Error, Problem};
 use crate::geometry::axis;
@@ -133,7 +133,7 @@ fn filled(args: &FillArgs) -> Result<Filled, Error> {
     for out in [&args.compare, &args.drop].into_iter().flatten() {
         free(&Output { from: &args.file, to: out, force: args.force })?;
     }
-    let decoded = read(&args.file)?.decoded;
+    let decoded = read_some(&args.file)?.decoded;
     let unusable = |why: &dyn std::fmt::Display| {
         let problem = Problem::new(format!("Cannot fill `{}`", args.file.display())).at(&args.file).because(why);
         Error::new(Code::Scene, problem.hint("change `--spacing`, `--min-opacity`, `--up` or `--metres-per-unit`"))

@@ -3,18 +3,25 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use cosplat_splat::Splats;
+use cosplat_splat::{SH_C0, Splats};
 use cosplat_viewer::{Layers, Next, Plane};
 use serde::Serialize;
 
 use super::look::{LookArgs, borrowed, camera, finite, options, unusable, vector};
 use super::planes::Wanted;
-use super::read;
+use super::read_some;
 use super::renderer::{RendererName, cannot};
 use super::statistics::Extent;
 use crate::cli::Format;
 use crate::exit::{Code, Error, Problem};
 use crate::render::{Paint, json, print, printable};
+
+/// Difference of a colour or an opacity, both 0 to 1, that no format makes: five steps of 255.
+const SHADES: f64 = 0.02;
+/// Logarithm of the factor by which the volume of a Gaussian changes in no step: 8, twice along each axis.
+const STRETCH: f64 = 2.08;
+/// Part of the Gaussians that may be unlike themselves before their order is doubted.
+const DOUBT: f64 = 0.1;
 
 /// `cosplat splat flow`.
 #[derive(Clone, Debug, Args)]
@@ -58,6 +65,8 @@ struct Flowed {
     mean_px: f64,
     p95_px: f64,
     largest_px: f64,
+    /// Gaussians of another colour, opacity or size in the second file.
+    unlike: usize,
     renderer: &'static str,
     drawn_by: String,
 }
@@ -104,6 +113,7 @@ fn flowed(args: &FlowArgs) -> Result<Flowed, Error> {
         mean_px,
         p95_px,
         largest_px,
+        unlike: unlike(&now, &then),
         renderer: renderer.name(),
         drawn_by: renderer.why().to_owned(),
     })
@@ -111,8 +121,8 @@ fn flowed(args: &FlowArgs) -> Result<Flowed, Error> {
 
 /// The Gaussians that are finite in both files, in the axes of the first.
 fn pair(args: &FlowArgs) -> Result<(Splats, Splats), Error> {
-    let now = read(&args.file)?.decoded.splats;
-    let then = read(&args.next)?.decoded.splats.to_axes(now.axes);
+    let now = read_some(&args.file)?.decoded.splats;
+    let then = read_some(&args.next)?.decoded.splats.to_axes(now.axes);
     if now.len() != then.len() {
         let counts = format!("the first has {} Gaussians and the second {}", now.len(), then.len());
         let problem = Problem::new("There is no flow between these files").at(&args.next).because(counts);
@@ -123,6 +133,19 @@ fn pair(args: &FlowArgs) -> Result<(Splats, Splats), Error> {
     let there: std::collections::BTreeSet<u32> = finite(&then).into_iter().collect();
     let both: Vec<u32> = here.into_iter().filter(|i| there.contains(i)).collect();
     Ok((now.select(&both), then.select(&both)))
+}
+
+/// Gaussians of another colour, opacity or size in the second file, beyond what formats round and a step stretches.
+fn unlike(now: &Splats, then: &Splats) -> usize {
+    let shade = |s: &Splats, i: usize| s.sh_dc[i].map(|c| SH_C0 * f64::from(c));
+    let volume = |s: &Splats, i: usize| s.log_scales[i].iter().map(|v| f64::from(*v)).sum::<f64>();
+    let other = |i: &usize| {
+        let colours = shade(now, *i).into_iter().zip(shade(then, *i));
+        colours.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) > SHADES
+            || (now.opacity(*i) - then.opacity(*i)).abs() > SHADES
+            || (volume(now, *i) - volume(then, *i)).abs() > STRETCH
+    };
+    (0..now.len()).filter(other).count()
 }
 
 /// Mean, 95 of 100 and largest length, and the part of the pixels that have a flow.
@@ -140,9 +163,16 @@ fn figures(layers: &Layers) -> [f64; 4] {
 impl Flowed {
     fn human(&self, paint: Paint) -> String {
         let [width, height] = self.size_px;
+        let doubt = if self.unlike as f64 > DOUBT * self.gaussians as f64 {
+            let text = "have another colour, opacity or size in the second file: if its Gaussians are in another order, this \
+                        flow means nothing";
+            format!("{} {} of {} {text}\n", paint.warn("suspicious:"), self.unlike, self.gaussians)
+        } else {
+            String::new()
+        };
         format!(
             "{}: {width} x {height}, {} Gaussians, {:.1} % of the pixels see one\n  moves by {:.3} pixels in the mean, \
-             {:.3} at most in 95 of 100, {:.3} at most\n  drawn by {}\n",
+             {:.3} at most in 95 of 100, {:.3} at most\n  drawn by {}\n{doubt}",
             paint.bold(&printable(&self.output)),
             self.gaussians,
             100.0 * self.seen,
@@ -201,6 +231,10 @@ mod tests {
         let other = FlowArgs { next: place.path().join("c.ply"), ..args(place.path(), "flow.flo") };
         assert_eq!(flowed(&other).unwrap_err().code, Code::Scene);
         assert_eq!(flowed(&args(place.path(), "flow.jpg")).unwrap_err().code, Code::Usage);
+        // Two captures that are alike in number alone.
+        assert_eq!(unlike(&one, &two), 0);
+        let shuffled = Splats { log_scales: vec![[-3.0; 3]; 2], ..one.clone() };
+        assert_eq!(unlike(&one, &shuffled), 2);
         // A camera that follows sees nothing move: +x of the file is to the right seen along +z, with y down.
         let along = FlowArgs {
             next_eye: Some([0.1, 0.05, -2.0]),

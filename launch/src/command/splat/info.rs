@@ -83,28 +83,14 @@ pub(super) fn info(args: &InfoArgs) -> Result<Code, Error> {
 
 impl Info {
     fn human(&self, paint: Paint) -> String {
-        let Statistics { extent, visible_extent, visible, invisible, opacity, sigma, flatness, .. } = &self.statistics;
-        let longest = visible_extent.or(*extent).map_or(0.0, |e| e.longest());
-        let share = |n: usize| 100.0 * n as f64 / self.gaussians.max(1) as f64;
         let mut lines = vec![
             ("format", format!("{}, {} bytes, read in {:.0} ms", self.format, self.bytes, self.read_ms)),
             ("Gaussians", format!("{}, colour of degree {}", self.gaussians, self.degree)),
             ("axes", self.axes.to_owned()),
-            ("up", self.up.line()),
-            ("extent", extent.as_ref().map_or_else(|| "none".to_owned(), shown)),
-            ("visible extent", visible_extent.as_ref().map_or_else(|| "none".to_owned(), shown)),
-            ("opacity", spread(opacity)),
-            ("", format!("{visible} of at least {VISIBLE} ({:.1} %), {invisible} below 1/255", share(*visible))),
-            ("sigma", spread(sigma)),
-            (
-                "",
-                format!(
-                    "the median is {:.3} % of the longest side",
-                    100.0 * sigma.median / longest.max(f64::MIN_POSITIVE)
-                ),
-            ),
-            ("largest/smallest", spread(flatness)),
         ];
+        if self.gaussians > 0 {
+            lines.extend(self.figures());
+        }
         if self.antialiased {
             lines.push(("filter", "trained with the antialiasing filter".to_owned()));
         }
@@ -121,6 +107,26 @@ impl Info {
         text.extend(lines.iter().map(|(name, value)| format!("  {name:<17} {value}\n")));
         text.extend(self.suspicious.iter().map(|what| format!("{} {what}\n", paint.warn("suspicious:"))));
         text
+    }
+
+    /// Lines about what there is at least one of.
+    fn figures(&self) -> Vec<(&'static str, String)> {
+        let Statistics { extent, visible_extent, visible, invisible, opacity, sigma, flatness, .. } = &self.statistics;
+        let share = 100.0 * *visible as f64 / self.gaussians as f64;
+        let mut lines = vec![
+            ("up", self.up.line()),
+            ("extent", extent.as_ref().map_or_else(|| "none".to_owned(), shown)),
+            ("visible extent", visible_extent.as_ref().map_or_else(|| "none".to_owned(), shown)),
+            ("opacity", spread(opacity)),
+            ("", format!("{visible} of at least {VISIBLE} ({share:.1} %), {invisible} below 1/255")),
+            ("sigma", spread(sigma)),
+        ];
+        let longest = visible_extent.or(*extent).map_or(0.0, |e| e.longest());
+        if longest > 0.0 {
+            lines.push(("", format!("the median is {:.3} % of the longest side", 100.0 * sigma.median / longest)));
+        }
+        lines.push(("largest/smallest", spread(flatness)));
+        lines
     }
 }
 

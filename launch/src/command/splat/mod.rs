@@ -33,6 +33,7 @@ use cosplat_splat::SplatError;
 use cosplat_splat::format::{self, Decoded, ending_of};
 use cosplat_splat::sequence::is_frame;
 
+use self::look::finite;
 use crate::cli::Format;
 use crate::exit::{Code, Error, Problem};
 
@@ -150,10 +151,18 @@ pub(crate) fn read(path: &Path) -> Result<Capture, Error> {
         Error::new(Code::Scene, problem.hint("check the path and its permissions"))
     };
     let about = fs::metadata(path).map_err(|e| cannot(&e))?;
+    if about.is_dir() {
+        return Err(cannot(&"it is a folder, not a file"));
+    }
     if !about.is_file() || about.len() > LARGEST_BYTES {
         return Err(cannot(&format!("it is no file of at most {LARGEST_BYTES} bytes")));
     }
     let bytes = fs::read(path).map_err(|e| cannot(&e))?;
+    if bytes.is_empty() {
+        let problem = Problem::new(format!("Cannot use the splat file `{}`", path.display())).at(path);
+        let hint = "copy or download the file again, or see whether what writes it has ended";
+        return Err(Error::new(Code::Scene, problem.because("it is empty: 0 bytes").hint(hint)));
+    }
     if is_frame(&bytes) {
         let decoded = sequence::decode(path, &bytes)?;
         return Ok(Capture { format: sequence::NAME, bytes: bytes.len() as u64, decoded, time: start.elapsed() });
@@ -162,6 +171,26 @@ pub(crate) fn read(path: &Path) -> Result<Capture, Error> {
     let known = format::of(&bytes, ending).map_err(|e| refused(path, e))?;
     let decoded = format::read(&bytes, ending).map_err(|e| refused(path, e))?;
     Ok(Capture { format: known.name, bytes: bytes.len() as u64, decoded, time: start.elapsed() })
+}
+
+/// Reads a splat file of which something has to be left.
+///
+/// # Errors
+/// As [`read`], or none of its Gaussians is one: there are none, or each has a number that is none.
+pub(crate) fn read_some(path: &Path) -> Result<Capture, Error> {
+    let capture = read(path)?;
+    let splats = &capture.decoded.splats;
+    if !finite(splats).is_empty() {
+        return Ok(capture);
+    }
+    let why = if splats.is_empty() {
+        "it holds no Gaussian".to_owned()
+    } else {
+        format!("each of its {} Gaussians has a number that is none", splats.len())
+    };
+    let problem = Problem::new(format!("There is nothing to use in `{}`", path.display())).at(path).because(why);
+    let hint = "see what it holds with `cosplat splat info`, and write it again with the tool it came from";
+    Err(Error::new(Code::Scene, problem.hint(hint)))
 }
 
 /// What a codec says about a file, as a problem of this program.

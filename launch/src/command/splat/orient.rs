@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::look::vector;
 use super::output::{Output, axes_of, free, write};
-use super::read;
+use super::read_some;
 use super::statistics::{Extent, VISIBLE};
 use crate::cli::Format;
 use crate::exit::{Code, Error, Problem};
@@ -117,7 +117,7 @@ fn oriented(args: &OrientArgs) -> Result<Oriented, Error> {
     if let Some(out) = &args.output {
         free(&Output { from: &args.input, to: out, force: args.force })?;
     }
-    let splats = read(&args.input)?.decoded.splats;
+    let splats = read_some(&args.input)?.decoded.splats;
     let unusable = |why: &dyn std::fmt::Display| {
         let problem = Problem::new(format!("Cannot orient `{}`", args.input.display())).at(&args.input).because(why);
         Error::new(Code::Scene, problem.hint("state `--up`, or change `--tilt`, `--tolerance` or `--min-opacity`"))

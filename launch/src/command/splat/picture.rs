@@ -10,7 +10,7 @@ use super::look::{LARGEST_PX, LookArgs, borrowed, camera, finite, options, unusa
 use super::planes::PlaneArgs;
 use super::renderer::{RendererName, cannot};
 use super::statistics::Extent;
-use super::{put, read};
+use super::{put, read_some};
 use crate::cli::Format;
 use crate::exit::{Code, Error, Problem};
 use crate::render::{Paint, json, print, printable};
@@ -83,7 +83,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<Code, Error> {
 /// Draws and writes the picture.
 fn drawn(args: &RenderArgs) -> Result<Drawn, Error> {
     let planes = args.planes.wanted()?;
-    let splats = read(&args.file)?.decoded.splats;
+    let splats = read_some(&args.file)?.decoded.splats;
     let kept = finite(&splats);
     let splats = if kept.len() < splats.len() { splats.select(&kept) } else { splats };
     let Some(extent) = Extent::visible(&splats) else {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use cosplat_splat::Splats;
 use cosplat_splat::clean::{Box3, Report, Rules, clean as kept_by};
 use cosplat_splat::components::{components, needle};
@@ -13,7 +13,7 @@ use super::label::{Label, having, label, marked, name_of};
 use super::look::vector;
 use super::mask::shares;
 use super::output::{Output, free, write};
-use super::read;
+use super::read_some;
 use crate::cli::Format;
 use crate::exit::{Code, Error, Problem};
 use crate::hint::count;
@@ -56,6 +56,7 @@ pub(crate) struct CleanArgs {
 
 /// `cosplat splat select`.
 #[derive(Clone, Debug, Args)]
+#[command(group(ArgGroup::new("what").required(true).multiple(true).args(["low", "largest", "mask", "label"])))]
 pub(crate) struct SelectArgs {
     /// Splat file to read
     #[arg(value_name = "IN")]
@@ -70,7 +71,7 @@ pub(crate) struct SelectArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, requires = "low")]
     pub(crate) high: Option<[f64; 3]>,
     /// Of what hangs together, keep the piece with the most Gaussians; after the box
-    #[arg(long, required_unless_present_any = ["low", "label", "mask"])]
+    #[arg(long)]
     pub(crate) largest: bool,
     /// Keep what is seen within this picture's white part, a PNG file; may be given for several views
     #[arg(long, value_name = "MASK.png", requires = "camera")]
@@ -178,7 +179,7 @@ fn selected(args: &SelectArgs) -> Result<Chosen, Error> {
     }
     free(&place)?;
     let inside = args.low.zip(args.high).map(|(low, high)| Box3::from_corners(low, high));
-    let splats = read(place.from)?.decoded.splats;
+    let splats = read_some(place.from)?.decoded.splats;
     let (kept, report) = kept_by(&splats, &Rules { opacity: 0.0, inside, largest_sigma: None });
     let mut chosen = Chosen::of(&place, &report);
     let before = kept.len();
@@ -211,7 +212,7 @@ fn selected(args: &SelectArgs) -> Result<Chosen, Error> {
 /// Reads a file and applies the rules that look at one Gaussian alone.
 fn opened(place: &Output<'_>, rules: &Rules) -> Result<(Splats, Chosen), Error> {
     free(place)?;
-    let splats = read(place.from)?.decoded.splats;
+    let splats = read_some(place.from)?.decoded.splats;
     let (kept, report) = kept_by(&splats, rules);
     Ok((splats.select(&kept), Chosen::of(place, &report)))
 }
@@ -270,6 +271,7 @@ impl Chosen {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::command::splat::read;
     use cosplat_splat::format::encode;
     use cosplat_viewer::{Picture, png};
 
