@@ -145,12 +145,9 @@ fn energy(lines: &mut Lines, summary: &Summary) {
         some => format!(", {} J supplied from outside", short(some)),
     };
     // Roundings are no news.
-    let some = |j: f64, what: &str| {
-        if j.abs() <= NEWS * (total.max_j - total.min_j) { String::new() } else { format!(", {} J {what}", short(j)) }
-    };
-    let lost = summary.lost_j().map_or_else(String::new, |[taken, rest]| {
-        some(taken, "taken by the exchange") + &some(rest, "by impact on walls and damping of the methods")
-    });
+    let lost = summary.lost_j().filter(|j| j.abs() > NEWS * (total.max_j - total.min_j));
+    let lost =
+        lost.map_or_else(String::new, |j| format!(", {} J in no book (impact, damping of the methods)", short(j)));
     let text = format!(
         "{initial}{} J at the end, between {} and {} J, {} J dissipated{lost}{supplied}",
         short(total.final_j),
@@ -224,11 +221,10 @@ mod tests {
         let mut summary = summary();
         summary.energy[0] =
             Energy { initial_j: Some(8.0), final_j: 2.0, max_j: 8.0, dissipated_j: 1.5, ..Energy::default() };
-        summary.interfaces[0].work_defect = -3.0;
         let told = |summary: &Summary| human(summary, Path::new("out/x"), Paint::off());
-        let all = "1.5 J dissipated, 3 J taken by the exchange, 1.5 J by impact on walls and damping of the methods\n";
+        let all = "1.5 J dissipated, 4.5 J in no book (impact, damping of the methods)\n";
         assert!(told(&summary).contains(all), "{}", told(&summary));
-        (summary.energy[0].dissipated_j, summary.interfaces[0].work_defect) = (6.001, 0.0);
+        summary.energy[0].dissipated_j = 6.001;
         assert!(told(&summary).contains("6.001 J dissipated\n"), "{}", told(&summary));
     }
 

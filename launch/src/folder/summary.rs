@@ -195,13 +195,11 @@ pub(crate) struct Energy {
 }
 
 impl Summary {
-    /// Energy that is gone and in no book \[J\]: what the exchanges between processes took, and the rest, which impact on walls
-    /// and the damping of the methods took. Nothing where the energy at t = 0 is not known.
-    pub(crate) fn lost_j(&self) -> Option<[f64; 2]> {
+    /// Energy that is gone and in no book \[J\]: impact took it, and the damping of the methods. Nothing where the energy at
+    /// t = 0 is not known.
+    pub(crate) fn lost_j(&self) -> Option<f64> {
         let total = self.energy.last()?;
-        let taken = -self.interfaces.iter().map(|i| i.work_defect).sum::<f64>();
-        let gone = total.initial_j? + total.supplied_j - total.dissipated_j - total.final_j;
-        Some([taken, gone - taken])
+        Some(total.initial_j? + total.supplied_j - total.dissipated_j - total.final_j)
     }
 }
 

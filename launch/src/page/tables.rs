@@ -46,14 +46,9 @@ pub(super) fn energy(summary: &Summary) -> Option<Markup> {
                 plasticity took since t = 0, supplied what came from outside: wind, kicks, what is driven, what flows in. The \
                 balance is energy and dissipated less supplied: where every loss is measured by itself it stays at the \
                 start, and nothing may raise it.";
-    let lost = summary.lost_j().map(|[taken, rest]| {
-        format!(
-            "Of the total, {} J were taken by the exchange between processes, as by impact there, and {} J are in no book: \
-             impact on walls and the damping of the methods.",
-            quantity(taken),
-            quantity(rest)
-        )
-    });
+    let lost = summary
+        .lost_j()
+        .map(|gone| format!("{} J are in no book: impact took them, and the damping of the methods.", quantity(gone)));
     (!rows.is_empty()).then(|| html! { p { (text) } (table(&head, rows)) @if let Some(lost) = lost { p { (lost) } } })
 }
 
