@@ -104,7 +104,7 @@ impl Walls {
         let mut all = Vec::new();
         for (f, face) in model.faces.iter().enumerate() {
             let mut add = |index: usize, x: Vec3, volume: f64, depth: f64| {
-                if !grid.occupied(x) {
+                if !grid.occupied(x, reach) {
                     return;
                 }
                 let (zero, face) = ([0.0; 3], f as u32);

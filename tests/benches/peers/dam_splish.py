@@ -26,7 +26,7 @@ scene = {
         "particleRadius": 0.5 * D, "simulationMethod": 4, "gravitation": [0, -9.81, 0], "timeStepSize": 1e-3,
         "cflMethod": 1, "cflFactor": 0.5, "cflMaxTimeStepSize": 2e-3, "boundaryHandlingMethod": 0, "stopAt": 1e9,
         "enablePartioExport": False, "enableVTKExport": False, "sim2D": False,
-        "DFSPH": {"maxIterations": 100, "maxError": 0.05, "enableDivergenceSolver": True},
+        "DFSPH": {"maxIterations": 100, "maxError": 0.01, "enableDivergenceSolver": True},
     },
     "Materials": [{"id": "Fluid", "density0": 1000, "viscosityMethod": 0}],
     "RigidBodies": [tank],
