@@ -41,7 +41,7 @@ fn worn() -> String {
 }
 
 fn scene(sheet: &Path, worn: &Path) -> String {
-    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/assets");
+    let assets = Path::new(&std::env::var("CARGO_MANIFEST_DIR").expect("cargo runs the tests")).join("scenes/assets");
     format!(
         r#"
 format = 1
@@ -94,7 +94,8 @@ acceleration = [0, 0, -9.81]
 
 /// Vertices of a mesh as its file lists them.
 fn vertices(name: &str) -> usize {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/assets").join(name);
+    let path =
+        Path::new(&std::env::var("CARGO_MANIFEST_DIR").expect("cargo runs the tests")).join("scenes/assets").join(name);
     let text = std::fs::read_to_string(path).expect("it is shipped");
     text.lines().filter(|line| line.starts_with("v ")).count()
 }
