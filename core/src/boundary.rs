@@ -14,7 +14,8 @@ pub struct SampleStatics {
     pub area_m2: Vec<f64>,
     /// Volume \[m³\].
     pub volume_m3: Vec<f64>,
-    /// Mass \[kg\].
+    /// Mass with which it resists who pushes it \[kg\]: its own, or more where what is behind it moves along. It must not be more
+    /// than it resists with where all samples are pushed alike, or who computes the contact makes energy.
     pub mass_kg: Vec<f64>,
 }
 

@@ -44,6 +44,7 @@ mod hear;
 mod kick;
 mod law;
 mod math;
+mod mobility;
 mod model;
 mod nodes;
 mod params;

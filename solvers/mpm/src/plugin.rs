@@ -180,7 +180,7 @@ impl<R: Real> Run<R> {
         let shown = self.model.shown.iter().enumerate().filter(|(_, s)| s.has_interface);
         let boundaries = shown.map(|(i, shown)| SetupBoundary {
             body: self.model.names[i].clone(),
-            statics: statics(shown, firsts[i] as u32),
+            statics: statics(shown, firsts[i] as u32, self.sim.resisting(shown, firsts[i]..firsts[i + 1])),
             state: self.sim.samples(shown),
         });
         let stable = self.sim.stable(f64::INFINITY);

@@ -11,14 +11,14 @@ use crate::real::Real;
 use crate::sim::Sim;
 use crate::store::{Block, V};
 
-/// Constants of a body's samples.
-pub(crate) fn statics(shown: &Shown, first: u32) -> SampleStatics {
+/// Constants of a body's samples, which resist with those masses \[kg\].
+pub(crate) fn statics(shown: &Shown, first: u32, mass_kg: Vec<f64>) -> SampleStatics {
     let marks = || shown.surface.iter();
     SampleStatics {
         id: marks().map(|m| u64::from(m.id - first)).collect(),
         area_m2: marks().map(|m| m.area).collect(),
         volume_m3: marks().map(|m| m.volume).collect(),
-        mass_kg: marks().map(|m| m.mass).collect(),
+        mass_kg,
     }
 }
 
@@ -49,7 +49,7 @@ impl<R: Real> Sim<R> {
     }
 
     /// Block of each quad.
-    fn homes(&self) -> Vec<&Block> {
+    pub(crate) fn homes(&self) -> Vec<&Block> {
         self.store.blocks.iter().flat_map(|b| std::iter::repeat_n(b, b.quads as usize)).collect()
     }
 

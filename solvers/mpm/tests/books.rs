@@ -129,6 +129,36 @@ fn restore_is_bitwise() {
     assert!(Mpm::<f32>::default().restore(&saved).is_err());
 }
 
+/// A body floats and all its samples are pushed up, away from it on the one side and towards it on the other. Largest change of
+/// a sample's velocity over that of one with the mass it shows; the least and largest of these masses over a particle's.
+fn resists(size: [f64; 3]) -> [f64; 3] {
+    let spacing = 0.02;
+    let mut start = scene(vec![body("body", elastic(500.0, 1.0, 0.3), cuboid(size), [0.003; 3], spacing)], 2e-4);
+    start.interfaces.push(view(ViewRole::ContactResponder, "body", 0.0));
+    let mut run = Run::<f64>::new(start);
+    let masses = run.setup.boundaries[0].statics.mass_kg.clone();
+    let own = 500.0 * spacing * spacing * spacing;
+    let wanted: Vec<_> = masses.iter().map(|_| [0.0, 0.0, 1e-6]).collect();
+    let impulses = vec![ImpulseInput { interface: 0, impulses: Impulses::Samples(wanted), spread: false }];
+    let step = run.step_with(&Inputs { partners: Vec::new(), impulses });
+    let BoundaryState::Samples(after) = &step.boundaries[0].state else { panic!("samples") };
+    let given = after.velocity.iter().zip(&masses).map(|(v, m)| v[2] * m / 1e-6).fold(0.0, f64::max);
+    let fold = |f: fn(f64, f64) -> f64, first: f64| masses.iter().map(|m| m / own).fold(first, f);
+    [given, fold(f64::min, f64::INFINITY), fold(f64::max, 0.0)]
+}
+
+#[test]
+fn samples_show_the_mass_that_they_resist_with() {
+    // One particle thick: each particle is a sample, and resists with what it is.
+    let [given, least, most] = resists([0.24, 0.24, 0.02]);
+    println!("leaf: {given}, {least} to {most}");
+    assert!((given - 1.0).abs() < 1e-6 && (least - 1.0).abs() < 1e-6 && (most - 1.0).abs() < 1e-6);
+    // Thick: the layers behind, within the 1.5 cells of a kernel, resist as well; least at corners, where most are samples.
+    let [given, least, most] = resists([0.24; 3]);
+    println!("block: {given}, {least} to {most}");
+    assert!((given - 1.0).abs() < 1e-6 && least >= 1.0 && (1.5..2.5).contains(&most));
+}
+
 /// A block floats and single particles of its surface are pushed, all the same way or to and fro. Returns the work that
 /// was booked, the energy that the body gained by the end of the window, and `Σ J²/2m`, all in J.
 fn pushed(sign: impl Fn(usize) -> f64) -> [f64; 3] {
