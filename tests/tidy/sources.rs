@@ -93,6 +93,14 @@ fn measured() -> Vec<(String, usize)> {
 }
 
 #[test]
+fn the_folder_is_asked_for_while_a_test_runs() {
+    // A target folder may be shared: a test that another clone has built would look at that clone.
+    let baked = concat!("env!(\"CARGO_MANIFEST", "_DIR\")");
+    let found: Vec<String> = with_extension("rs").into_iter().filter(|path| text(path).contains(baked)).collect();
+    assert!(found.is_empty(), "take `std::env::var` instead of `env!` in {found:?}");
+}
+
+#[test]
 fn no_source_file_is_longer_than_500_lines() {
     let (long, _) = lengths(&measured());
     assert!(long.is_empty(), "a file is one idea; give these folders of their own and split them:{}", lines(&long));
