@@ -284,11 +284,15 @@ impl Filled {
             format!("{}: dropped from {height_m:.3} m, of {of}\n", printable(&d.page))
         });
         let dropped: String = fallen.chain(page).collect();
+        let open = self.ways.iter().any(|way| matches!(way.fill, Fill::Physgaussian) && way.inside == 0);
+        let why = "physgaussian fills nothing: no place is shut in on all six sides by cells of that density; lower `--density` \
+                   and `--search`\n";
         format!(
-            "{}: spacing {:.4e} m\n{}{}{dropped}",
+            "{}: spacing {:.4e} m\n{}{}{}{dropped}",
             paint.bold(&printable(&self.file)),
             self.spacing_m,
             table(paint, &rows),
+            if open { why } else { "" },
             picture.unwrap_or_default()
         )
     }
