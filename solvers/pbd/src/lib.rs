@@ -64,6 +64,7 @@ mod params;
 mod pieces;
 mod place;
 mod plugin;
+mod probe;
 mod proxy;
 mod pull;
 mod read;

@@ -114,9 +114,10 @@ impl Sim {
         };
         bond::begin(&mut bonds);
         let touched = touches.iter().flat_map(|t| t.place.parts()).map(|(i, _)| i);
-        let mut regions = Regions::new(pairs, &self.vertices, touched.chain(bonds.iter().map(|b| b.vertex as usize)));
+        let shared = touched.chain(bonds.iter().map(|b| b.vertex as usize));
+        let mut regions = Regions::new(pairs, &self.vertices, shared, h);
         for _ in 0..setting.turns {
-            regions.solve(&mut self.vertices, (h, setting.parallel), others.external);
+            regions.solve(&mut self.vertices, setting.parallel, others.external);
             settle(&mut self.vertices, &self.owner, &mut touches, &mut others, h);
             bond::hold(&mut bonds, &mut self.vertices, &self.owner, &mut others, h);
         }

@@ -52,17 +52,7 @@ impl Candidate {
         let between = x.iter().zip(share).fold([0.0; 3], |sum, (&x, c)| add(sum, scale(x, c)));
         let apart = norm(between);
         let normal = if apart > 0.0 { scale(between, 1.0 / apart) } else { self.across(x)? };
-        let pair = Pair {
-            ends: self.ends,
-            share,
-            normal,
-            apart,
-            gap: apart - thickness,
-            friction: self.friction,
-            pressed: 0.0,
-            rubbed: [0.0; 3],
-            turn: None,
-        };
+        let pair = Pair { ends: self.ends, share, normal, apart, gap: apart - thickness, friction: self.friction };
         let velocity = pair.velocity(vertices);
         // Others may push it while contacts are solved: a little more than what closes by itself is watched.
         let watched = h * norm(velocity) + WATCHED * thickness;

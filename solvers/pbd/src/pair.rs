@@ -28,11 +28,46 @@ pub(crate) struct Pair {
     pub(crate) gap: f64,
     /// Static and kinetic friction.
     pub(crate) friction: [f64; 2],
-    /// Impulse so far \[N s\]: along the normal, and across.
-    pub(crate) pressed: f64,
-    pub(crate) rubbed: Vec3,
-    /// Once it has rubbed.
-    pub(crate) turn: Option<Turn>,
+}
+
+/// What is known of the friction of a pair.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Rubs {
+    Unknown,
+    /// The points lie on a line, or there is no friction.
+    Never,
+    /// By its place in the list.
+    At(u32),
+}
+
+/// A pair in a substep.
+#[derive(Clone, Copy, Debug)]
+struct Contact {
+    pair: Pair,
+    /// Least speed at which the sides must separate \[m/s\], and velocity per impulse \[1/kg\].
+    least: f64,
+    soft: f64,
+    /// Impulse along the normal so far \[N s\].
+    pressed: f64,
+    rubs: Rubs,
+}
+
+/// Friction of a pair, along two directions across it.
+#[derive(Clone, Copy, Debug)]
+struct Rub {
+    /// Impulses on the four vertices that are together a unit on the sides.
+    parts: [[Vec3; 4]; 2],
+    /// Velocity per impulse \[1/kg\]: of the first, of both, of the second.
+    soft: [f64; 3],
+    /// Impulse so far \[N s\].
+    given: [f64; 2],
+}
+
+/// Pairs that are solved in turn, their ends counted from the first of the vertices that they are given.
+#[derive(Debug, Default)]
+pub(crate) struct Contacts {
+    all: Vec<Contact>,
+    rubs: Vec<Rub>,
 }
 
 impl Pair {
@@ -40,63 +75,121 @@ impl Pair {
     pub(crate) fn velocity(&self, vertices: &[Vertex]) -> Vec3 {
         self.ends.iter().zip(self.share).fold([0.0; 3], |sum, (&i, c)| add(sum, scale(vertices[i as usize].u, c)))
     }
+}
 
-    /// Gives what is missing; `held` is what the world gets of vertices that are fixed.
-    pub(crate) fn solve(&mut self, vertices: &mut [Vertex], h: f64, held: &mut Tally) {
-        let at = self.ends.map(|i| vertices[i as usize]);
-        let weight: f64 = at.iter().zip(self.share).map(|(v, c)| v.w * c * c).sum();
-        if weight <= 0.0 {
-            return;
-        }
-        let along = dot(self.velocity(vertices), self.normal);
-        let pressed = (self.pressed + (least(self.gap, h) - along) / weight).max(0.0);
-        let push = scale(self.normal, pressed - self.pressed);
-        self.pressed = pressed;
-        if norm(push) > 0.0 {
-            self.give(self.share.map(|c| scale(push, c)), vertices, held);
-        }
-        if self.friction[0] <= 0.0 || (pressed <= 0.0 && norm(self.rubbed) <= 0.0) {
-            return;
-        }
-        // Positions are those of the start of the substep in all turns.
-        self.turn = self.turn.or_else(|| Turn::of(at.map(|v| v.x), scale(self.normal, self.apart)));
-        let Some(turn) = self.turn else { return };
-        let slip = sub(self.velocity(vertices), turn.drag(self.ends.map(|i| vertices[i as usize].u)));
-        let slip = sub(slip, scale(self.normal, dot(slip, self.normal)));
-        let speed = norm(slip);
-        let mut rubbed = self.rubbed;
-        if speed > 0.0 {
-            let across = scale(slip, 1.0 / speed);
-            let parts = turn.parts(self.share, across);
-            let weight: f64 = at.iter().zip(parts).map(|(v, p)| v.w * dot(p, p)).sum();
-            rubbed = sub(rubbed, scale(slip, 1.0 / weight));
-        }
-        let size = norm(rubbed);
-        if size > self.friction[0] * pressed {
-            rubbed = scale(rubbed, self.friction[1].min(self.friction[0]) * pressed / size);
-        }
-        let rub = sub(rubbed, self.rubbed);
-        self.rubbed = rubbed;
-        if norm(rub) > 0.0 {
-            self.give(turn.parts(self.share, rub), vertices, held);
+impl Contacts {
+    /// Adds a pair for a substep of `h` \[s\]; one of vertices that are all fixed is left out.
+    pub(crate) fn add(&mut self, pair: Pair, vertices: &[Vertex], h: f64) {
+        let soft: f64 = pair.ends.iter().zip(pair.share).map(|(&i, c)| vertices[i as usize].w * c * c).sum();
+        if soft > 0.0 {
+            let rubs = if pair.friction[0] > 0.0 { Rubs::Unknown } else { Rubs::Never };
+            self.all.push(Contact { pair, least: least(pair.gap, h), soft, pressed: 0.0, rubs });
         }
     }
 
-    fn give(&self, impulses: [Vec3; 4], vertices: &mut [Vertex], held: &mut Tally) {
-        for (&i, j) in self.ends.iter().zip(impulses) {
-            let vertex = &mut vertices[i as usize];
-            if vertex.w > 0.0 {
-                vertex.take(j);
-            } else {
-                held.hold(vertex, j);
+    /// Whether there are none.
+    #[cfg(test)]
+    pub(crate) fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+
+    /// Gives each what is missing; `held` is what the world gets of vertices that are fixed.
+    pub(crate) fn solve(&mut self, vertices: &mut [Vertex], held: &mut Tally) {
+        for contact in &mut self.all {
+            contact.press(vertices, held);
+            if contact.rubs == Rubs::Unknown && contact.pressed > 0.0 {
+                // Positions are those of the start of the substep in all turns.
+                contact.rubs = Rub::of(&contact.pair, vertices).map_or(Rubs::Never, |rub| {
+                    self.rubs.push(rub);
+                    Rubs::At(self.rubs.len() as u32 - 1)
+                });
+            }
+            if let Rubs::At(i) = contact.rubs {
+                self.rubs[i as usize].solve(contact, vertices, held);
             }
         }
     }
 }
 
+impl Contact {
+    fn press(&mut self, vertices: &mut [Vertex], held: &mut Tally) {
+        let along = dot(self.pair.velocity(vertices), self.pair.normal);
+        let pressed = (self.pressed + (self.least - along) / self.soft).max(0.0);
+        let more = pressed - self.pressed;
+        if more.abs() > 0.0 {
+            self.pressed = pressed;
+            let push = scale(self.pair.normal, more);
+            give(&self.pair.ends, self.pair.share.map(|c| scale(push, c)), vertices, held);
+        }
+    }
+}
+
+impl Rub {
+    /// Nothing where the points lie on a line.
+    fn of(pair: &Pair, vertices: &[Vertex]) -> Option<Self> {
+        let at = pair.ends.map(|i| vertices[i as usize]);
+        let turn = Turn::of(at.map(|v| v.x), scale(pair.normal, pair.apart))?;
+        let parts = across(pair.normal).map(|direction| turn.parts(pair.share, direction));
+        let soft = [[0, 0], [0, 1], [1, 1]].map(|[a, b]: [usize; 2]| {
+            at.iter().zip(parts[a].iter().zip(&parts[b])).map(|(v, (p, q))| v.w * dot(*p, *q)).sum()
+        });
+        Some(Self { parts, soft, given: [0.0; 2] })
+    }
+
+    /// Stops the sliding of a pair as far as its friction goes.
+    fn solve(&mut self, contact: &Contact, vertices: &mut [Vertex], held: &mut Tally) {
+        if contact.pressed <= 0.0 && self.given[0].abs() + self.given[1].abs() <= 0.0 {
+            return;
+        }
+        let (ends, [fixed, sliding]) = (&contact.pair.ends, contact.pair.friction);
+        let mut rubbed = self.given;
+        let slip = self
+            .parts
+            .map(|parts| ends.iter().zip(&parts).fold(0.0, |sum, (&i, p)| sum + dot(*p, vertices[i as usize].u)));
+        let square = slip[0] * slip[0] + slip[1] * slip[1];
+        let [xx, xy, yy] = self.soft;
+        // Velocity per impulse along the slip, times its square.
+        let soft = xx * slip[0] * slip[0] + 2.0 * xy * slip[0] * slip[1] + yy * slip[1] * slip[1];
+        if soft > 0.0 {
+            rubbed = [0, 1].map(|k| rubbed[k] - slip[k] * square / soft);
+        }
+        let size = rubbed[0].hypot(rubbed[1]);
+        if size > fixed * contact.pressed {
+            rubbed = rubbed.map(|j| j * sliding.min(fixed) * contact.pressed / size);
+        }
+        let more = [0, 1].map(|k| rubbed[k] - self.given[k]);
+        self.given = rubbed;
+        if more[0].abs() + more[1].abs() > 0.0 {
+            let [p, q] = &self.parts;
+            give(ends, std::array::from_fn(|k| add(scale(p[k], more[0]), scale(q[k], more[1]))), vertices, held);
+        }
+    }
+}
+
+fn give(ends: &[u32; 4], impulses: [Vec3; 4], vertices: &mut [Vertex], held: &mut Tally) {
+    for (&i, j) in ends.iter().zip(impulses) {
+        let vertex = &mut vertices[i as usize];
+        if vertex.w > 0.0 {
+            vertex.take(j);
+        } else {
+            held.hold(vertex, j);
+        }
+    }
+}
+
+/// Two unit vectors across one, and each other.
+fn across(normal: Vec3) -> [Vec3; 2] {
+    // The axis that it is least along is far from it.
+    let least = (1..3).fold(0, |a: usize, k| if normal[k].abs() < normal[a].abs() { k } else { a });
+    let axis = std::array::from_fn(|k| f64::from(u8::from(k == least)));
+    let first = cross(normal, axis);
+    let first = scale(first, 1.0 / norm(first));
+    [first, cross(normal, first)]
+}
+
 /// Rotation of four points about their middle.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Turn {
+struct Turn {
     arm: [Vec3; 4],
     inverse: Matrix3<f64>,
     across: Vec3,
@@ -115,12 +208,6 @@ impl Turn {
         let size = inertia.trace() / 3.0;
         let inverse = inertia.try_inverse().filter(|_| inertia.determinant() > 1e-6 * size.powi(3))?;
         Some(Self { arm, inverse, across })
-    }
-
-    /// `ω × d` of the rotation that fits the velocities best \[m/s\].
-    fn drag(&self, u: [Vec3; 4]) -> Vec3 {
-        let spin = self.arm.iter().zip(u).fold([0.0; 3], |sum, (&r, u)| add(sum, cross(r, u)));
-        cross((self.inverse * Vector3::from(spin)).into(), self.across)
     }
 
     /// Impulses on the four points that together are `impulse` on the sides and turn nothing.
@@ -145,9 +232,6 @@ mod tests {
             apart: 0.01,
             gap: 0.0,
             friction: [0.5, 0.5],
-            pressed: 0.0,
-            rubbed: [0.0; 3],
-            turn: None,
         };
         (vertices, pair)
     }
@@ -159,11 +243,13 @@ mod tests {
 
     #[test]
     fn rubbing_keeps_both_momenta_and_takes_energy() {
-        let (mut v, mut pair) = vertex_over_triangle([[2.0, 1.0, -3.0], [0.1, 0.0, 0.0], [0.0; 3], [0.0, 0.2, 0.1]]);
+        let (mut v, pair) = vertex_over_triangle([[2.0, 1.0, -3.0], [0.1, 0.0, 0.0], [0.0; 3], [0.0, 0.2, 0.1]]);
         let energy = |v: &[Vertex; 4]| v.iter().map(|v| 0.5 * v.mass * dot(v.u, v.u)).sum::<f64>();
         let (before, start) = (momenta(&v), energy(&v));
+        let mut contacts = Contacts::default();
+        contacts.add(pair, &v, 1e-3);
         for _ in 0..20 {
-            pair.solve(&mut v, 1e-3, &mut Tally::default());
+            contacts.solve(&mut v, &mut Tally::default());
         }
         let after = momenta(&v);
         // Roundings of momenta of some kg m/s.
@@ -171,21 +257,32 @@ mod tests {
             assert!(norm(sub(after[k], before[k])) < 1e-14, "{k}: {:?} {:?}", after[k], before[k]);
         }
         assert!(energy(&v) < start);
-        assert!(dot(pair.velocity(&v), pair.normal).abs() < 1e-12 && pair.pressed > 0.0);
-        assert!(norm(pair.rubbed) <= 0.5 * pair.pressed * (1.0 + 1e-12));
+        let (pressed, rub) = (contacts.all[0].pressed, contacts.rubs[0]);
+        assert!(dot(pair.velocity(&v), pair.normal).abs() < 1e-12 && pressed > 0.0);
+        assert!(rub.given[0].hypot(rub.given[1]) <= 0.5 * pressed * (1.0 + 1e-12));
     }
 
     #[test]
     fn what_turns_as_a_whole_does_not_rub() {
         let omega = [0.3, -2.0, 1.0];
-        let (mut v, mut pair) = vertex_over_triangle([[0.0; 3]; 4]);
+        let (mut v, pair) = vertex_over_triangle([[0.0; 3]; 4]);
         for one in &mut v {
             one.u = cross(omega, one.x);
         }
-        pair.pressed = 1.0;
-        let turn = Turn::of(v.map(|v| v.x), scale(pair.normal, pair.apart)).expect("a triangle");
-        let slip = sub(pair.velocity(&v), turn.drag(v.map(|v| v.u)));
-        // Roundings of speeds of 2 m/s.
-        assert!(norm(slip) < 1e-15, "{slip:?}");
+        let rub = Rub::of(&pair, &v).expect("a triangle");
+        for parts in rub.parts {
+            let slip = v.iter().zip(parts).fold(0.0, |sum, (v, p)| sum + dot(p, v.u));
+            // Roundings of speeds of 2 m/s.
+            assert!(slip.abs() < 1e-15, "{slip:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_fixed_on_both_sides_is_no_contact() {
+        let (mut v, pair) = vertex_over_triangle([[0.0; 3]; 4]);
+        v.iter_mut().for_each(|v| v.w = 0.0);
+        let mut contacts = Contacts::default();
+        contacts.add(pair, &v, 1e-3);
+        assert!(contacts.is_empty());
     }
 }

@@ -6,6 +6,7 @@ use cosplat_core::plugin::{
     BoundaryOutput, Descriptor, Energy, Inputs, InterfaceReport, InterfaceRole, Outputs, PartInfluence, PartnerSetup,
     Plugin, PluginError, Pulse, Refusals, Report, Setup, SetupBoundary, SolverScene, StateReader, StateSink, Step,
 };
+use cosplat_core::scene::ProbeQuantity;
 use cosplat_core::visual::{VisualForm, VisualState};
 
 use crate::bond::{self, Bond};
@@ -13,6 +14,7 @@ use crate::course::{Books, Course, Kick};
 use crate::model::{Model, Part};
 use crate::near::Near;
 use crate::params::schema;
+use crate::probe::Questions;
 use crate::proxy::Proxy;
 use crate::read::read;
 use crate::samples::Marks;
@@ -29,6 +31,7 @@ pub struct Pbd {
 #[derive(Debug)]
 struct Run {
     model: Model,
+    questions: Questions,
     /// Of each interface.
     shown: Vec<Shown>,
     dissipated: f64,
@@ -51,6 +54,7 @@ impl Plugin for Pbd {
             boundary: BoundaryForm::SamplesF64 { normals: true },
             visual: Some(VisualForm::Particles { gradients: false }),
             features: features.map(String::from).into(),
+            probes: vec![ProbeQuantity::Strain, ProbeQuantity::Reach],
             params_schema: schema(),
             ..Descriptor::new("pbd", env!("CARGO_PKG_VERSION"), summary)
         }
@@ -65,7 +69,8 @@ impl Plugin for Pbd {
         let foreseen = vec![None; model.sim.setting.partners.len()];
         let shown = vec![Shown::default(); model.faces.len()];
         let (mechanical, near) = (model.mechanical(pool.as_ref()), Near::default());
-        let run = Run { model, shown, dissipated: 0.0, mechanical, foreseen, pool, near };
+        let questions = Questions::of(&scene.probes, &scene.bodies);
+        let run = Run { model, questions, shown, dissipated: 0.0, mechanical, foreseen, pool, near };
         let setup = run.setup();
         self.run = Some(run);
         Ok(setup)
@@ -114,7 +119,8 @@ impl Plugin for Pbd {
         run.mechanical = run.model.mechanical(run.pool.as_ref());
         run.dissipated += before + given - run.mechanical.iter().sum::<f64>();
         let energy = run.model.energy(course.start + course.length, run.mechanical, run.dissipated);
-        let outputs = outputs(&run.model, &course, &residuals, energy);
+        let mut outputs = outputs(&run.model, &course, &residuals, energy);
+        outputs.report.probes = run.questions.answers(&run.model);
         let faces = run.model.faces.iter().zip(&mut run.shown).filter(|(f, _)| matches!(f.part, Part::Samples(_)));
         for ((_, shown), (list, sides)) in faces.zip(known) {
             (shown.list, shown.sides) = (list, sides);
@@ -259,6 +265,7 @@ impl Run {
             bodies: model.cloths.iter().map(|c| model.state(c)).collect(),
             energy: model.energy(0.0, self.mechanical, 0.0),
             interfaces: rows.collect(),
+            probes: self.questions.answers(model),
             ..Report::default()
         };
         Setup {

@@ -5,7 +5,7 @@
 //! them, one after the other. Where the cuts lie depends on positions alone: the result does not depend on how many
 //! there are to work.
 
-use crate::pair::Pair;
+use crate::pair::{Contacts, Pair};
 use crate::sim::each;
 use crate::tally::Tally;
 use crate::vertex::Vertex;
@@ -25,7 +25,7 @@ pub(crate) struct Regions {
     numbers: Vec<u32>,
     parts: Vec<Region>,
     /// Between regions.
-    across: Vec<Pair>,
+    across: Contacts,
     /// Vertices that others move as well: their place here.
     shared: Vec<u32>,
 }
@@ -34,13 +34,13 @@ pub(crate) struct Regions {
 #[derive(Debug, Default)]
 struct Region {
     len: usize,
-    pairs: Vec<Pair>,
+    contacts: Contacts,
     held: Tally,
 }
 
 impl Regions {
-    /// Sorts pairs; `others` are vertices that something else moves too.
-    pub(crate) fn new(pairs: Vec<Pair>, all: &[Vertex], others: impl Iterator<Item = usize>) -> Self {
+    /// Sorts pairs for a substep of `h` \[s\]; `others` are vertices that something else moves too.
+    pub(crate) fn new(pairs: Vec<Pair>, all: &[Vertex], others: impl Iterator<Item = usize>, h: f64) -> Self {
         let mut place = vec![NONE; all.len()];
         let mut numbers = Vec::new();
         for i in pairs.iter().flat_map(|p| p.ends) {
@@ -61,26 +61,27 @@ impl Regions {
             })
             .collect();
         let of = |k: u32| begins.partition_point(|&b| b <= k as usize) - 1;
-        let mut across = Vec::new();
+        let vertices: Vec<Vertex> = numbers.iter().map(|&i| all[i as usize]).collect();
+        let mut across = Contacts::default();
         for pair in pairs {
             let ends = pair.ends.map(|i| place[i as usize]);
             let region = of(ends[0]);
             if ends[1..].iter().all(|&k| of(k) == region) {
-                let ends = ends.map(|k| k - begins[region] as u32);
-                regions[region].pairs.push(Pair { ends, ..pair });
+                let begin = begins[region];
+                let ends = ends.map(|k| k - begin as u32);
+                regions[region].contacts.add(Pair { ends, ..pair }, &vertices[begin..], h);
             } else {
-                across.push(Pair { ends, ..pair });
+                across.add(Pair { ends, ..pair }, &vertices, h);
             }
         }
         let mut shared: Vec<u32> = others.map(|i| place[i]).filter(|&k| k != NONE).collect();
         shared.sort_unstable();
         shared.dedup();
-        let vertices = numbers.iter().map(|&i| all[i as usize]).collect();
         Self { vertices, numbers, parts: regions, across, shared }
     }
 
     /// One turn; what the world takes of pairs between regions goes to `held`.
-    pub(crate) fn solve(&mut self, all: &mut [Vertex], (h, parallel): (f64, bool), held: &mut Tally) {
+    pub(crate) fn solve(&mut self, all: &mut [Vertex], parallel: bool, held: &mut Tally) {
         self.take(all);
         let (mut left, mut work) = (&mut self.vertices[..], Vec::new());
         for region in &mut self.parts {
@@ -90,9 +91,9 @@ impl Regions {
         }
         let parallel = parallel && work.len() > 1;
         each(parallel, work, |_, (vertices, region)| {
-            region.pairs.iter_mut().for_each(|pair| pair.solve(vertices, h, &mut region.held));
+            region.contacts.solve(vertices, &mut region.held);
         });
-        self.across.iter_mut().for_each(|pair| pair.solve(&mut self.vertices, h, held));
+        self.across.solve(&mut self.vertices, held);
         for &k in &self.shared {
             all[self.numbers[k as usize] as usize].u = self.vertices[k as usize].u;
         }
@@ -158,9 +159,6 @@ mod tests {
             apart: 0.01,
             gap: 0.0,
             friction: [0.4, 0.3],
-            pressed: 0.0,
-            rubbed: [0.0; 3],
-            turn: None,
         };
         (vertices.collect(), (0..count - 3).map(pair).collect())
     }
@@ -172,9 +170,9 @@ mod tests {
         let run = |parallel: bool| {
             let (mut all, mut held) = (start.clone(), Tally::default());
             // Others that have a part in the last turn too.
-            let mut regions = Regions::new(pairs.clone(), &all, (0..all.len()).step_by(7));
+            let mut regions = Regions::new(pairs.clone(), &all, (0..all.len()).step_by(7), 1e-3);
             assert!(regions.parts.len() == 8 && !regions.across.is_empty());
-            (0..400).for_each(|_| regions.solve(&mut all, (1e-3, parallel), &mut held));
+            (0..400).for_each(|_| regions.solve(&mut all, parallel, &mut held));
             all[7].u = add(all[7].u, [1.0, 0.0, 0.0]);
             all[14].u = sub(all[14].u, [1.0, 0.0, 0.0]);
             regions.finish(&mut all, &mut held);

@@ -9,7 +9,7 @@ use common::{Run, cloth};
 use cosplat_conformance::parts;
 use cosplat_core::asset::{Asset, TriangleMesh};
 use cosplat_core::plugin::SolverScene;
-use cosplat_core::scene::{Body, Source};
+use cosplat_core::scene::{Body, Probe, ProbeQuantity, Source};
 
 /// No resistance to speak of.
 const LIMP: f64 = 1e9;
@@ -25,8 +25,8 @@ fn sheet(name: &str, material: cosplat_core::scene::Material, size: [f64; 2], sp
     body
 }
 
-/// A strip of 20 squares that hangs by its upper row from rest: its elongation \[m\].
-fn hanging(substep: f64, iterations: u32) -> f64 {
+/// A strip of 20 squares that hangs by its upper row from rest.
+fn strip(substep: f64, iterations: u32) -> SolverScene {
     let mut strip = sheet("strip", cloth(0.5, LIMP), [0.01, 0.2], 0.01);
     // The sheet's y becomes the world's z.
     strip.pose.orientation = [FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2];
@@ -37,7 +37,12 @@ fn hanging(substep: f64, iterations: u32) -> f64 {
     set(&mut scene, "shear_compliance_m_n", LIMP);
     set(&mut scene, "damping_1_s", 20.0);
     set(&mut scene, "pins", serde_json::json!({ "strip": [[-0.005, 0.0, 0.1], [0.005, 0.0, 0.1]] }));
-    let mut run = Run::new(scene);
+    scene
+}
+
+/// Its elongation \[m\].
+fn hanging(substep: f64, iterations: u32) -> f64 {
+    let mut run = Run::new(strip(substep, iterations));
     (0..100).for_each(|_| drop(run.step()));
     let v = run.vertices("strip");
     // The lower row comes first.
@@ -54,6 +59,30 @@ fn a_hanging_strip_is_as_long_as_its_compliance_says() {
         // One sweep is softer by h²/(α m) = 1.5e-4² / (0.5 · 1e-5) = 0.5 %, more sweeps by less.
         assert!((found / exact - 1.0).abs() < 0.01, "{substep} {iterations}: {found} {exact}");
     }
+}
+
+#[test]
+fn probes_tell_how_far_cloth_is_stretched_and_how_far_it_reaches() {
+    let mut scene = strip(1.5e-4, 1);
+    let asked = |name: &str, quantity, along| Probe {
+        name: name.into(),
+        quantity,
+        body: Some("strip".into()),
+        at_m: None,
+        along,
+    };
+    scene.probes = vec![
+        asked("stretch", ProbeQuantity::Strain, None),
+        asked("down", ProbeQuantity::Reach, Some([0.0, 0.0, -1.0])),
+    ];
+    let mut run = Run::new(scene);
+    let start = &run.setup.report.probes;
+    assert!(start["stretch"] < 1e-12 && (start["down"] - 0.1).abs() < 1e-12, "{start:?}");
+    let last = (0..100).map(|_| run.step()).last().expect("a window").report.probes;
+    // As above; what hangs from the first link is 19 squares and a half, shared by two threads.
+    let (longer, first) = (0.5 * G * 0.2e-4 * 100.0, 0.5 * G * 0.1e-4 * 19.5 / 0.01);
+    assert!((last["down"] / (0.1 + longer) - 1.0).abs() < 0.01, "{last:?}");
+    assert!((last["stretch"] / first - 1.0).abs() < 0.01, "{last:?}");
 }
 
 #[test]
