@@ -280,7 +280,9 @@ mod tests {
     #[test]
     fn what_is_fixed_on_both_sides_is_no_contact() {
         let (mut v, pair) = vertex_over_triangle([[0.0; 3]; 4]);
-        v.iter_mut().for_each(|v| v.w = 0.0);
+        for vertex in &mut v {
+            vertex.w = 0.0;
+        }
         let mut contacts = Contacts::default();
         contacts.add(pair, &v, 1e-3);
         assert!(contacts.is_empty());
