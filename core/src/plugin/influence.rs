@@ -34,6 +34,8 @@ pub enum InfluenceKind {
     Force(V3, Option<V3>),
     /// \[N s\] at `from`, at a point of the world; else at the centre of mass.
     Kick(V3, Option<V3>),
+    /// Velocity and spin become their opposites at `from`.
+    Reverse,
 }
 
 /// What a plugin can do with points beside the centre of mass.
@@ -56,6 +58,21 @@ impl Influence {
         self.from >= start && self.from < end
     }
 
+    /// Whether it acts at once, when it begins.
+    pub fn is_sudden(&self) -> bool {
+        matches!(self.kind, InfluenceKind::Kick(..) | InfluenceKind::Reverse)
+    }
+
+    /// What it does at once to a body at `position` \[m\] with that momentum \[kg m/s\] and spin \[kg m²/s\]: an impulse
+    /// \[N s\], the point of the world where it acts \[m\], and an angular impulse about that point \[N m s\].
+    pub fn blow(&self, position: V3, momentum: V3, spin: V3) -> Option<(V3, V3, V3)> {
+        match self.kind {
+            InfluenceKind::Kick(impulse, at) => Some((impulse, at.unwrap_or(position), V3::zeros())),
+            InfluenceKind::Reverse => Some((momentum * -2.0, position, spin * -2.0)),
+            _ => None,
+        }
+    }
+
     /// Whether its potential energy is in the books.
     pub fn is_gravity(&self) -> bool {
         matches!(self.kind, InfluenceKind::Gravity(_))
@@ -66,7 +83,7 @@ impl Influence {
         match self.kind {
             InfluenceKind::Gravity(g) | InfluenceKind::Acceleration(g) => g * mass,
             InfluenceKind::Force(f, _) => f,
-            InfluenceKind::Kick(..) => V3::zeros(),
+            InfluenceKind::Kick(..) | InfluenceKind::Reverse => V3::zeros(),
         }
     }
 }
@@ -78,10 +95,7 @@ pub fn hooks(influences: &[Influence]) -> usize {
 
 /// Moments strictly inside `(start, end)` \[s\] at which an influence begins or ends, in order, each once.
 pub fn switches(influences: &[Influence], start: f64, end: f64) -> Vec<f64> {
-    let ends = |i: &Influence| match i.kind {
-        InfluenceKind::Kick(..) => [i.from, i.from],
-        _ => [i.from, i.until],
-    };
+    let ends = |i: &Influence| if i.is_sudden() { [i.from, i.from] } else { [i.from, i.until] };
     let mut cuts: Vec<f64> = influences.iter().flat_map(ends).filter(|&t| t > start && t < end).collect();
     cuts.sort_by(f64::total_cmp);
     cuts.dedup();
@@ -129,6 +143,7 @@ impl Refusals {
             ActionKind::Impulse { impulse_n_s, at_m } => {
                 Some(InfluenceKind::Kick(impulse_n_s.into(), at_m.map(V3::from)))
             }
+            ActionKind::Reverse => Some(InfluenceKind::Reverse),
             ActionKind::Wind { .. } | ActionKind::Inflow { .. } | ActionKind::Drain { .. } => None,
         }
     }
@@ -165,6 +180,17 @@ mod tests {
         let mut some = Refusals::new("x");
         assert_eq!(some.influences(&scene, OffCentre::default()).len(), 2);
         assert!(some.finish().unwrap_err().to_string().contains("beside the centre of mass"));
+    }
+
+    #[test]
+    fn what_turns_round_goes_as_fast_the_other_way() {
+        let mut scene = scene();
+        scene.actions = vec![action(ActionKind::Reverse, 0.5, None)];
+        let list = Refusals::new("x").influences(&scene, OffCentre::default());
+        assert!(list[0].is_sudden() && list[0].force(2.0) == V3::zeros());
+        let [at, momentum, spin] = [V3::x(), V3::y() * 3.0, V3::z()];
+        assert_eq!(list[0].blow(at, momentum, spin), Some((momentum * -2.0, at, spin * -2.0)));
+        assert_eq!(switches(&list, 0.0, 1.0), [0.5]);
     }
 
     #[test]

@@ -1,9 +1,7 @@
 //! One step: the exact flow between two switches of an influence, and the books.
 
 use cosplat_core::boundary::{Impulses, Wrench};
-use cosplat_core::plugin::{
-    BodyState, BoundaryOutput, Budget, Energy, InfluenceKind, Outputs, PluginError, Report, Step,
-};
+use cosplat_core::plugin::{BodyState, BoundaryOutput, Budget, Energy, Outputs, PluginError, Report, Step};
 
 use crate::V3;
 use crate::budget::Pull;
@@ -52,9 +50,12 @@ impl<'a> Stage<'a> {
     /// Takes sudden outside impulses of the moments `start..end` \[s\].
     pub(crate) fn kick_from_outside(&mut self, start: f64, end: f64) {
         for influence in &self.model.influences {
-            let InfluenceKind::Kick(impulse, _) = influence.kind else { continue };
             if influence.begins_in(start, end) {
                 for &body in &influence.bodies {
+                    let momentum = self.state.velocity[body] * self.model.bodies[body].mass;
+                    let Some((impulse, ..)) = influence.blow(self.state.position[body], momentum, V3::zeros()) else {
+                        continue;
+                    };
                     let budget = self.kick(body, impulse);
                     self.external.add(budget);
                     self.supplied_j += budget.work_j;

@@ -38,7 +38,7 @@ impl State {
 impl Plugin for Oscillator {
     fn describe(&self) -> Descriptor {
         let summary = "Point masses and linear springs, integrated exactly";
-        let features = ["links", "gravity", "acceleration-field", "point-force", "impulse"];
+        let features = ["links", "gravity", "acceleration-field", "point-force", "impulse", "reverse"];
         Descriptor {
             body_kinds: vec!["points".into()],
             materials: vec!["point-mass".into()],

@@ -26,7 +26,7 @@ pub struct RigidLite {
 impl Plugin for RigidLite {
     fn describe(&self) -> Descriptor {
         let summary = "Rigid bodies without contact: exact flight, symplectic rotation";
-        let features = ["prescribed", "gravity", "acceleration-field", "point-force", "impulse"];
+        let features = ["prescribed", "gravity", "acceleration-field", "point-force", "impulse", "reverse"];
         Descriptor {
             body_kinds: ["box", "sphere", "cylinder", "points"].map(String::from).into(),
             materials: vec!["rigid".into()],

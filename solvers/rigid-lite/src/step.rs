@@ -1,6 +1,6 @@
 //! One step of all bodies: what acts on each, stretch by stretch, and the books.
 
-use cosplat_core::plugin::{Budget, InfluenceKind, PluginError, Signal, Step};
+use cosplat_core::plugin::{Budget, PluginError, Signal, Step};
 use cosplat_core::rotation::angular_velocity;
 
 use crate::V3;
@@ -76,11 +76,11 @@ impl<'a> Stage<'a> {
     pub(crate) fn prepare(&mut self, start: f64, end: f64, length: f64) -> Result<Vec<u64>, PluginError> {
         self.model.hook(&mut self.state, start, end);
         for influence in self.model.influences.iter().filter(|i| i.begins_in(start, end)) {
-            let InfluenceKind::Kick(impulse, at) = influence.kind else { continue };
-            for &body in &influence.bodies {
-                let moving = &mut self.state.bodies[body];
-                let point = at.unwrap_or(moving.position);
-                let given = kick(&self.model.bodies[body], moving, impulse, point, V3::zeros());
+            for &i in &influence.bodies {
+                let (body, moving) = (&self.model.bodies[i], &mut self.state.bodies[i]);
+                let blow = influence.blow(moving.position, moving.velocity * body.mass, moving.spin);
+                let Some((impulse, point, angular)) = blow else { continue };
+                let given = kick(body, moving, impulse, point, angular);
                 self.supplied_j += given.work_j;
                 self.external.add(given);
             }
@@ -134,7 +134,7 @@ impl<'a> Stage<'a> {
         let mut pushes = Vec::new();
         for influence in self.model.influences.iter().filter(|f| f.acts_at(middle)) {
             let Some(k) = influence.bodies.iter().position(|&b| b == i) else { continue };
-            if matches!(influence.kind, InfluenceKind::Kick(..)) {
+            if influence.is_sudden() {
                 continue;
             }
             let lever = influence.hooks.map_or(Lever::Centre, |first| Lever::Hook(self.state.hooks[first + k]));

@@ -28,7 +28,7 @@ impl Model {
     ) -> impl Iterator<Item = (V3, Option<V3>, bool)> + 'a {
         self.influences.iter().filter(move |i| i.acts_at(t)).filter_map(move |i| {
             let k = i.bodies.iter().position(|&b| b == index)?;
-            if matches!(i.kind, InfluenceKind::Kick(..)) {
+            if i.is_sudden() {
                 return None;
             }
             Some((i.force(self.bodies[index].mass), i.hooks.map(|first| hooks[first + k]), i.is_gravity()))

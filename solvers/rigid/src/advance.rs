@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use cosplat_core::plugin::{Budget, InfluenceKind, Moving, PluginError, Pulse, Signal, Step, switches};
+use cosplat_core::plugin::{Budget, Moving, PluginError, Pulse, Signal, Step, switches};
 
 use crate::V3;
 use crate::joints::Pushed;
@@ -163,11 +163,11 @@ impl<'a> Stage<'a> {
     fn begin(&mut self, start: f64, end: f64) {
         self.model.hook(self.state, start, end);
         for influence in self.model.influences.iter().filter(|i| i.begins_in(start, end)) {
-            let InfluenceKind::Kick(impulse, at) = influence.kind else { continue };
-            for &body in &influence.bodies {
-                let moving = &mut self.state.bodies[body];
-                let point = at.unwrap_or(moving.position);
-                let given = kick(&self.model.bodies[body], moving, impulse, point, V3::zeros());
+            for &i in &influence.bodies {
+                let (body, moving) = (&self.model.bodies[i], &mut self.state.bodies[i]);
+                let blow = influence.blow(moving.position, moving.velocity * body.mass, moving.spin);
+                let Some((impulse, point, angular)) = blow else { continue };
+                let given = kick(body, moving, impulse, point, angular);
                 self.supply(given);
             }
         }

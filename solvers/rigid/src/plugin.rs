@@ -43,6 +43,7 @@ impl Plugin for Rigid {
             "acceleration-field",
             "point-force",
             "impulse",
+            "reverse",
         ];
         Descriptor {
             body_kinds: ["box", "sphere", "cylinder", "mesh"].map(String::from).into(),

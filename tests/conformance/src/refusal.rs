@@ -112,12 +112,13 @@ fn unsupported(d: &Descriptor, base: &SolverScene) -> Vec<(String, Vec<String>, 
     scenes
 }
 
-fn action_kinds() -> [(&'static str, ActionKind); 4] {
+fn action_kinds() -> [(&'static str, ActionKind); 5] {
     let wind = ActionKind::Wind { velocity_m_s: [1.0, 0.0, 0.0], air_density_kg_m3: 1.2, drag_coefficient: 1.0 };
     [
         ("wind", wind),
         ("gravity", ActionKind::Gravity { acceleration_m_s2: [0.0, 0.0, -1.0] }),
         ("point-force", ActionKind::PointForce { force_n: [1.0, 0.0, 0.0], at_m: None }),
         ("impulse", ActionKind::Impulse { impulse_n_s: [1.0, 0.0, 0.0], at_m: None }),
+        ("reverse", ActionKind::Reverse),
     ]
 }

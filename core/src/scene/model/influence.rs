@@ -54,6 +54,8 @@ pub enum ActionKind {
         /// Point in the world \[m\]; `None` is the centre of mass.
         at_m: Option<Vec3>,
     },
+    /// Everything turns round at `from_s`: each velocity and spin becomes its opposite.
+    Reverse,
     /// A liquid enters through an opening.
     Inflow {
         /// Middle of the opening \[m\].
@@ -97,6 +99,7 @@ impl ActionKind {
             Self::AccelerationField { .. } => "acceleration-field",
             Self::PointForce { .. } => "point-force",
             Self::Impulse { .. } => "impulse",
+            Self::Reverse => "reverse",
             Self::Inflow { .. } => "inflow",
             Self::Drain { .. } => "drain",
         }

@@ -20,16 +20,18 @@ enum Kind {
     AccelerationField,
     PointForce,
     Impulse,
+    Reverse,
     Inflow,
     Drain,
 }
 
-const KINDS: [(&str, Kind); 7] = [
+const KINDS: [(&str, Kind); 8] = [
     ("gravity", Kind::Gravity),
     ("wind", Kind::Wind),
     ("acceleration-field", Kind::AccelerationField),
     ("point-force", Kind::PointForce),
     ("impulse", Kind::Impulse),
+    ("reverse", Kind::Reverse),
     ("inflow", Kind::Inflow),
     ("drain", Kind::Drain),
 ];
@@ -78,11 +80,13 @@ fn of_kind(kind: Kind, fields: &Fields<'_>) -> Option<ActionKind> {
             ActionKind::PointForce { force_n, at_m: point_of_action(fields) }
         }
         Kind::Impulse => {
-            if let Some(at) = fields.get("until") {
-                at.error("an impulse is sudden: it acts at `from` and has no `until`".to_owned(), None);
-            }
+            sudden(fields, "an impulse");
             let impulse_n_s = fields.vec3("impulse", Limits::any("N s"));
             ActionKind::Impulse { impulse_n_s, at_m: point_of_action(fields) }
+        }
+        Kind::Reverse => {
+            sudden(fields, "a reversal");
+            ActionKind::Reverse
         }
         Kind::Inflow => inflow(fields)?,
         Kind::Drain => {
@@ -91,6 +95,13 @@ fn of_kind(kind: Kind, fields: &Fields<'_>) -> Option<ActionKind> {
             ActionKind::Drain { center_m: fields.vec3("center", POSITION), size_m }
         }
     })
+}
+
+/// What is sudden has no end.
+fn sudden(fields: &Fields<'_>, what: &str) {
+    if let Some(at) = fields.get("until") {
+        at.error(format!("{what} is sudden: it acts at `from` and has no `until`"), None);
+    }
 }
 
 fn inflow(fields: &Fields<'_>) -> Option<ActionKind> {

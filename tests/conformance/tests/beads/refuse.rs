@@ -22,7 +22,9 @@ pub(crate) fn refuse(fault: Fault, scene: &SolverScene) -> Result<(), PluginErro
             ActionKind::AccelerationField { .. } => missing.push("acceleration-field".into()),
             ActionKind::PointForce { .. } => missing.push("point-force".into()),
             ActionKind::Impulse { .. } => missing.push("impulse".into()),
-            ActionKind::Inflow { .. } | ActionKind::Drain { .. } => missing.push(action.kind.name().into()),
+            ActionKind::Reverse | ActionKind::Inflow { .. } | ActionKind::Drain { .. } => {
+                missing.push(action.kind.name().into())
+            }
         }
     }
     for body in &scene.bodies {
