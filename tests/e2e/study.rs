@@ -98,6 +98,63 @@ fn a_study_recovers_known_orders_and_does_nothing_twice() {
     assert!(second["cases"][0]["rows"].as_array().is_some_and(|rows| rows.iter().all(|row| row["cached"] == 1)));
     let gates = second["cases"][0]["gates"].as_array().expect("gates are judged");
     assert_eq!(gates.iter().map(|gate| gate["passed"] == true).collect::<Vec<_>>(), [true, true, false]);
+
+    // What is explained stays red, and is no failure of the study.
+    let known = CASE.replace("[1.95, 2.05]", "[2.5, 3.0]") + "explained = \"Strang splitting is no better\"\n";
+    fs::write(&file, known).expect("the case can be written");
+    let third = answer(&study(place.path(), &args), 0);
+    let gate = &third["cases"][0]["gates"][2];
+    assert_eq!(
+        (gate["passed"].as_bool(), gate["explained"].as_str()),
+        (Some(false), Some("Strang splitting is no better"))
+    );
+    let talk = study(place.path(), &["c1.study.toml", "--out", "result", "--runs", "1"]);
+    let talk = String::from_utf8_lossy(&talk.stdout).into_owned();
+    assert!(talk.contains("gate failed:") && talk.contains("explained: Strang splitting is no better"), "{talk}");
+}
+
+/// Masses and springs twice as large swing alike; a length of two is one of the other scene, a second half a second.
+const TWIN: &str = r#"
+format = 1
+scene = "oscillator"
+source = "what is scaled alike moves alike"
+
+[twin]
+time = 0.5
+
+[set]
+"clock.duration" = 0.5
+"clock.window" = 0.005
+"body.left.mass" = 2
+"body.right.mass" = 2
+"body.left.position" = [2, 0, 0]
+"link.left-wall.stiffness" = 315.82734083485946
+"link.right-wall.stiffness" = 315.82734083485946
+"link.between.stiffness" = 1263.3093633394378
+
+[vary]
+"clock.link_scheme" = ["serial", "alternating"]
+
+[[quantity]]
+probe = "right.x"
+twin = 2
+
+[[gate]]
+error = 1e-9
+reason = "roundings of two hundred windows"
+"#;
+
+#[test]
+fn a_scene_may_be_compared_with_another_one() {
+    let place = tempfile::tempdir().expect("a scratch folder");
+    let file = place.path().join("twin.study.toml");
+    fs::write(&file, TWIN).expect("the case can be written");
+    let args = [&["twin.study.toml", "--out", "result"], QUIET.as_slice()].concat();
+    let found = answer(&study(place.path(), &args), 0);
+    assert_eq!(found["cases"].as_array().map(Vec::len), Some(1), "the twin is no case of its own");
+    assert_eq!(found["cases"][0]["gates"][0]["passed"], true, "{found}");
+    fs::write(&file, TWIN.replace("= 1263.3093633394378", "= 1264")).expect("the case can be written");
+    assert_eq!(answer(&study(place.path(), &args), 7)["cases"][0]["gates"][0]["passed"], false);
 }
 
 #[test]

@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use cosplat_viewer::recording::diagram::{Diagram, Series, write_diagrams};
+use cosplat_viewer::recording::diagram::{Diagram, Series, Text, write_diagrams};
 use cosplat_viewer::recording::{Curves, Layout, Recording, RecordingError};
 use cosplat_viewer::{Camera, Gaussians};
 use rerun::StoreKind;
@@ -208,10 +208,12 @@ fn a_diagram_is_in_the_file_with_every_series_that_can_be_drawn() {
         axes: ["time [s]".into(), "error [1]".into()],
         series: vec![series("runs", true), series("a/b", false)],
     };
-    write_diagrams(&file.0, "study", "run-1", &[one("first"), one("second")]).unwrap();
+    let text = Text { group: "case".into(), title: "gates".into(), markdown: "| a |\n|---|\n| b |".into() };
+    write_diagrams(&file.0, "study", "run-1", &[one("first"), one("second")], &[text]).unwrap();
     let (chunks, active) = read(&std::fs::read(&file.0).unwrap());
     assert_eq!(active, 1);
     let entities: Vec<&str> = chunks.keys().filter(|(recording, _)| *recording).map(|(_, e)| e.as_str()).collect();
+    assert!(entities.contains(&"/text/0"), "{entities:?}");
     for part in ["grid", "axes", "0\\ runs", "0\\ runs/line", "1\\ a\\ b/line"] {
         let path = format!("/diagram/1/{part}");
         assert!(entities.contains(&path.as_str()), "{path}: {entities:?}");

@@ -22,10 +22,48 @@ pub(crate) struct Case {
     pub(crate) set: Vec<(String, Level)>,
     /// What is varied; the last one is the axis of the order fit, coarse to fine.
     pub(crate) vary: Vec<Factor>,
+    /// Another scene that each run is compared with.
+    pub(crate) twin: Option<Twin>,
     /// What must hold.
     pub(crate) gates: Vec<Gate>,
     /// Whether it takes minutes, so that a study of its folder leaves it out.
     pub(crate) slow: bool,
+}
+
+/// Another scene, run with everything that the case varies and without what it sets.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Twin {
+    /// Scene file or name of a built-in scene, as `cosplat run` takes it.
+    pub(crate) scene: String,
+    /// Values of the scene that every run has: key and value.
+    pub(crate) set: Vec<(String, Level)>,
+    /// Time of the case over that of the twin, where their units differ.
+    pub(crate) time: f64,
+}
+
+impl Case {
+    /// A scene that nothing is known about: no reference, no gate, nothing varied.
+    pub(crate) fn plain(name: &str, title: &str, scene: &str, set: Vec<(String, Level)>) -> Self {
+        Self {
+            name: name.to_owned(),
+            title: title.to_owned(),
+            scene: scene.to_owned(),
+            source: String::new(),
+            quantities: Vec::new(),
+            set,
+            vary: Vec::new(),
+            twin: None,
+            gates: Vec::new(),
+            slow: false,
+        }
+    }
+
+    /// What has to be run beside it, with the same values.
+    pub(crate) fn beside(&self) -> Option<Self> {
+        let twin = self.twin.as_ref()?;
+        let name = format!("{}-twin", self.name);
+        Some(Self { vary: self.vary.clone(), ..Self::plain(&name, &self.title, &twin.scene, twin.set.clone()) })
+    }
 }
 
 /// A value of the scene that is varied.
@@ -111,6 +149,8 @@ pub(crate) enum Reference {
     Between([f64; 2]),
     /// The finest run of the study, compared at the times of the run.
     Finest,
+    /// The run of [`Case::twin`] with the same settings, compared at the times of the run: its values times this.
+    Twin(f64),
 }
 
 /// Norm of a difference, relative to that of the reference.
@@ -165,6 +205,9 @@ pub(crate) struct Gate {
     pub(crate) claim: Claim,
     /// Why it must hold.
     pub(crate) reason: String,
+    /// Why it is known not to hold, where that is understood: it stays red, and only the exit code passes over it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) explained: Option<String>,
 }
 
 /// What a gate claims.

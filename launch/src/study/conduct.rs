@@ -69,11 +69,20 @@ pub(crate) async fn conduct(
     signals: &mut Signals,
     tell: &mut impl FnMut(News),
 ) -> Result<Option<Vec<CaseResult>>, Error> {
-    for case in cases {
+    let all: Vec<Case> = cases.iter().flat_map(|case| [Some(case.clone()), case.beside()]).flatten().collect();
+    for case in &all {
         check(&scene_source::load(&case.scene)?, &case.set, &settings(&case.vary))?;
     }
-    let finished = finish(cases, conditions, signals, tell).await?;
-    Ok(finished.map(|finished| cases.iter().zip(finished).map(|(case, runs)| evaluate(case, &runs)).collect()))
+    let finished = finish(&all, conditions, signals, tell).await?;
+    Ok(finished.map(|finished| {
+        let mut runs = finished.into_iter();
+        let evaluated = cases.iter().map(|case| {
+            let own = runs.next().unwrap_or_default();
+            let twins = case.twin.as_ref().and_then(|_| runs.next()).unwrap_or_default();
+            evaluate(case, &own, &twins)
+        });
+        evaluated.collect()
+    }))
 }
 
 /// Runs cases; none where the user has stopped it.

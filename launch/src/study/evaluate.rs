@@ -57,14 +57,25 @@ impl Finished {
     }
 }
 
-/// Evaluates a case.
-pub(crate) fn evaluate(case: &Case, finished: &[Finished]) -> CaseResult {
+/// Evaluates a case. `twins` are the runs of what it is compared with, one for each of its own; none where that is no
+/// other scene.
+pub(crate) fn evaluate(case: &Case, finished: &[Finished], twins: &[Finished]) -> CaseResult {
     let against_finest = case.quantities.is_empty();
     let quantities = match finished.last().and_then(Finished::probes) {
         Some(probes) if against_finest => from_probes(probes),
         _ => case.quantities.clone(),
     };
-    let mut rows: Vec<Row> = finished.iter().map(|f| row(f, &quantities, finished)).collect();
+    let time = case.twin.as_ref().map_or(1.0, |twin| twin.time);
+    let row = |(i, f): (usize, &Finished)| {
+        row(f, &quantities, &|quantity, reference| match reference {
+            Reference::Twin(value) => {
+                let curve = twins.get(i).map(|twin| twin.curve(quantity)).unwrap_or_default();
+                curve.into_iter().map(|(t, v)| (t * time, v * value)).collect()
+            }
+            _ => finished.last().map(|last| last.curve(quantity)).unwrap_or_default(),
+        })
+    };
+    let mut rows: Vec<Row> = finished.iter().enumerate().map(row).collect();
     if let Some(last) = rows.last_mut().filter(|_| against_finest) {
         // It would be compared with itself.
         (last.error, last.errors) = (None, vec![None; quantities.len()]);
@@ -120,7 +131,8 @@ pub(crate) fn from_probes(table: &Table) -> Vec<Quantity> {
     moving.map(quantity).collect()
 }
 
-fn row(finished: &Finished, quantities: &[Quantity], all: &[Finished]) -> Row {
+/// `other` is the curve of a quantity that a reference asks for beside its own.
+fn row(finished: &Finished, quantities: &[Quantity], other: &dyn Fn(&str, &Reference) -> Vec<(f64, f64)>) -> Row {
     let settings = &finished.settings;
     let mut row = Row {
         settings: settings.values.iter().map(|(key, level)| (key.clone(), level.shown.clone())).collect(),
@@ -146,8 +158,8 @@ fn row(finished: &Finished, quantities: &[Quantity], all: &[Finished]) -> Row {
     row.cost = Some(cost(&finished.trials));
     let error = |quantity: &Quantity| match &quantity.kind {
         Kind::Probe(comparison) => {
-            let finest = all.last().map(|last| last.curve(&quantity.name)).unwrap_or_default();
-            norm::error(&finished.curve(&quantity.name), comparison, &finest)
+            let other = other(&quantity.name, &comparison.reference);
+            norm::error(&finished.curve(&quantity.name), comparison, &other)
         }
         Kind::Invariant(Invariant::Energy { scale }) => energy_drift(summary, *scale),
         Kind::Invariant(Invariant::EnergyRise { scale }) => energy_rise(summary, *scale),
@@ -271,6 +283,8 @@ fn measured(quantity: &Quantity) -> Measured {
                 Reference::Table(points) => format!("a table of {} points", points.len()),
                 Reference::Between([least, most]) => format!("between {least} and {most}"),
                 Reference::Finest => "the finest run".to_owned(),
+                Reference::Twin(factor) if (factor - 1.0).abs() < f64::EPSILON => "its twin".to_owned(),
+                Reference::Twin(factor) => format!("its twin, times {factor}"),
             };
             (Some(comparison.measure), reference)
         }

@@ -98,7 +98,7 @@ mod tests {
 
     fn judged(place: &[(&str, &str)], claim: Claim, rows: &[Row]) -> Judged {
         let place = place.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
-        let gate = Gate { name: None, r#where: place, quantity: None, claim, reason: "a test".into() };
+        let gate = Gate { name: None, r#where: place, quantity: None, claim, reason: "a test".into(), explained: None };
         let groups = [Group { name: String::new(), rows: (0..rows.len()).collect(), fit: None }];
         judge(&gate, &[], rows, &groups)
     }

@@ -8,9 +8,9 @@ pub(crate) type Curve = [(f64, f64)];
 /// Error of a curve, relative to the norm of the reference or to the scale that replaces it. Infinite where the curve
 /// has values that are no numbers; none where curve and reference share no time, or where the reference is zero.
 ///
-/// `finest` stands in for [`Reference::Finest`].
-pub(crate) fn error(curve: &Curve, comparison: &Comparison, finest: &Curve) -> Option<f64> {
-    let pairs = pairs(curve, comparison, finest);
+/// `other` stands in for [`Reference::Finest`] and [`Reference::Twin`].
+pub(crate) fn error(curve: &Curve, comparison: &Comparison, other: &Curve) -> Option<f64> {
+    let pairs = pairs(curve, comparison, other);
     if pairs.iter().any(|p| !p.value.is_finite()) {
         return Some(f64::INFINITY);
     }
@@ -51,13 +51,15 @@ struct Pair {
     reference: f64,
 }
 
-fn pairs(curve: &Curve, comparison: &Comparison, finest: &Curve) -> Vec<Pair> {
+fn pairs(curve: &Curve, comparison: &Comparison, other: &Curve) -> Vec<Pair> {
     let (from, until) = interval(comparison);
     let triples: Vec<(f64, f64, f64)> = match &comparison.reference {
         Reference::Exact(formula) => curve.iter().map(|&(t, v)| (t, v, formula.at(t))).collect(),
         Reference::Table(table) => table.iter().filter_map(|&(t, r)| Some((t, at(curve, t)?, r))).collect(),
         Reference::Between([least, most]) => curve.iter().map(|&(t, v)| (t, v, v.clamp(*least, *most))).collect(),
-        Reference::Finest => curve.iter().filter_map(|&(t, v)| Some((t, v, at(finest, t)?))).collect(),
+        Reference::Finest | Reference::Twin(_) => {
+            curve.iter().filter_map(|&(t, v)| Some((t, v, at(other, t)?))).collect()
+        }
     };
     let mut before = None;
     let mut pairs = Vec::new();

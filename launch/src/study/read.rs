@@ -5,7 +5,7 @@ use std::path::Path;
 use cosplat_core::scene::Diagnostic;
 use toml::de::{DeTable, DeValue};
 
-use super::case::{Case, Comparison, Factor, Invariant, Kind, Level, Measure, Quantity, Reference};
+use super::case::{Case, Comparison, Factor, Invariant, Kind, Level, Measure, Quantity, Reference, Twin};
 use super::formula::Formula;
 use super::read_gate::gates;
 use super::section::{Item, Reading, Section};
@@ -62,12 +62,14 @@ fn read(file: &Path, root: &Section<'_>) -> Case {
     let folder = file.parent().unwrap_or(Path::new(""));
     let name = file.file_name().map(|n| n.to_string_lossy().replace(ENDING, "")).unwrap_or_default();
     let scene = root.need("scene", "name a built-in scene, or a scene file beside this one");
+    let scene = scene.and_then(|item| self::scene(&item, folder)).unwrap_or_default();
     let quantities = quantities(root, folder);
     let vary = vary(root);
     Case {
+        twin: twin(root, &scene, &quantities, folder),
         title: root.get("title").and_then(|i| i.text()).map_or_else(|| name.clone(), str::to_owned),
         name,
-        scene: scene.and_then(|item| self::scene(&item, folder)).unwrap_or_default(),
+        scene,
         source: root
             .need("source", "say where the reference is from")
             .and_then(|i| i.text())
@@ -79,6 +81,25 @@ fn read(file: &Path, root: &Section<'_>) -> Case {
         set: root.get("set").map(|item| set(&item)).unwrap_or_default(),
         vary,
     }
+}
+
+/// The scene that each run is compared with, where a quantity asks for one.
+fn twin(root: &Section<'_>, scene: &str, quantities: &[Quantity], folder: &Path) -> Option<Twin> {
+    let is_asked = |q: &Quantity| matches!(&q.kind, Kind::Probe(c) if matches!(c.reference, Reference::Twin(_)));
+    let Some(item) = root.get("twin") else {
+        if quantities.iter().any(is_asked) {
+            root.error("a quantity has a `twin`, but there is no table `[twin]`", Some(TWIN.to_owned()));
+        }
+        return None;
+    };
+    item.table(|section| {
+        let other = section.get("scene").and_then(|item| self::scene(&item, folder));
+        Some(Twin {
+            scene: other.unwrap_or_else(|| scene.to_owned()),
+            set: section.get("set").map(|item| set(&item)).unwrap_or_default(),
+            time: section.positive("time").unwrap_or(1.0),
+        })
+    })
 }
 
 /// Values that every run has.
@@ -116,8 +137,10 @@ fn quantities(root: &Section<'_>, folder: &Path) -> Vec<Quantity> {
     item.items().iter().filter_map(|item| item.table(|section| quantity(section, folder))).collect()
 }
 
+/// What belongs into `[twin]`.
+const TWIN: &str = "it may have a `scene` (without it: that of the case, without what it sets), a `set`, and a `time` that its times are multiplied by";
 /// Keys of a quantity that has a reference.
-const COMPARED: [&str; 8] = ["exact", "table", "between", "measure", "scale", "spread", "from", "until"];
+const COMPARED: [&str; 9] = ["exact", "table", "between", "twin", "measure", "scale", "spread", "from", "until"];
 
 fn quantity(section: &Section<'_>, folder: &Path) -> Option<Quantity> {
     let (probe, invariant) = (section.get("probe"), section.get("invariant"));
@@ -154,7 +177,7 @@ fn quantity(section: &Section<'_>, folder: &Path) -> Option<Quantity> {
 }
 
 fn comparison(section: &Section<'_>, folder: &Path) -> Option<Comparison> {
-    let (exact, table, between) = (section.get("exact"), section.get("table"), section.get("between"));
+    let references = ["exact", "table", "between", "twin"].map(|key| section.get(key));
     let measures = [
         ("l2", Measure::L2),
         ("max", Measure::Max),
@@ -167,21 +190,25 @@ fn comparison(section: &Section<'_>, folder: &Path) -> Option<Comparison> {
     let spread = section.positive("spread").unwrap_or(0.0);
     let from_s = section.get("from").and_then(|item| item.number()).unwrap_or(0.0);
     let until_s = section.positive("until").unwrap_or(f64::INFINITY);
-    let reference = match (exact, table, between) {
-        (Some(item), None, None) => Reference::Exact(formula(&item)?),
-        (None, Some(item), None) => Reference::Table(item.table(|section| reference_table(section, folder))?),
-        (None, None, Some(item)) => {
-            let [least, most] = bounds(&item)?;
+    let reference = match references.each_ref().map(Option::as_ref) {
+        [Some(item), None, None, None] => Reference::Exact(formula(item)?),
+        [None, Some(item), None, None] => Reference::Table(item.table(|section| reference_table(section, folder))?),
+        [None, None, Some(item), None] => {
+            let [least, most] = bounds(item)?;
             scale.get_or_insert(most - least);
             Reference::Between([least, most])
         }
-        (Some(item), Some(_), _) | (Some(item), _, Some(_)) | (_, Some(_), Some(item)) => {
-            item.error("is one reference too many: `exact`, `table` and `between` exclude each other");
+        [None, None, None, Some(_)] => Reference::Twin(section.positive("twin")?),
+        [None, None, None, None] => {
+            let help = "write `exact = \"FORMULA OF t\"`, `table = { file = …, time = …, value = … }`, `between = [LEAST, MOST]` \
+                        or `twin = 1`";
+            section.error("has no reference", Some(help.into()));
             return None;
         }
-        (None, None, None) => {
-            let help = "write `exact = \"FORMULA OF t\"`, `table = { file = …, time = …, value = … }` or `between = [LEAST, MOST]`";
-            section.error("has no reference", Some(help.into()));
+        many => {
+            if let Some(item) = many.iter().flatten().next() {
+                item.error("is one reference too many: `exact`, `table`, `between` and `twin` exclude each other");
+            }
             return None;
         }
     };
@@ -292,6 +319,20 @@ reason = "exact flow"
         assert_eq!(case.gates[0].claim, Claim::Order([0.9, 1.1]));
         assert_eq!(case.gates[1].r#where, [("clock.window".to_owned(), "0.01".to_owned())]);
         assert!(matches!(case.quantities[1].kind, Kind::Invariant(Invariant::Energy { scale: None })));
+    }
+
+    #[test]
+    fn a_twin_is_the_scene_of_the_case_without_what_it_sets() {
+        let with = |twin: &str| {
+            CASE.replace("exact = \"cos(2*PI*t)\"", "twin = 1000").replace("[vary]", &format!("{twin}\n[vary]"))
+        };
+        let case =
+            parse(Path::new("x.study.toml"), &with("[set]\n\"clock.duration\" = 9\n[twin]\ntime = 1e3")).unwrap();
+        let Kind::Probe(comparison) = &case.quantities[0].kind else { panic!("{case:?}") };
+        assert!(matches!(comparison.reference, Reference::Twin(factor) if (factor - 1000.0).abs() < 1e-9));
+        let twin = case.beside().unwrap();
+        assert_eq!((twin.scene.as_str(), twin.set.len(), &twin.vary), ("oscillator", 0, &case.vary));
+        assert!(mistakes(&with("")).iter().any(|(_, m)| m.contains("no table `[twin]`")));
     }
 
     #[test]

@@ -22,6 +22,7 @@ fn gate(section: &Section<'_>, quantities: &[Quantity], vary: &[Factor]) -> Opti
         }
         Some(name.to_owned())
     });
+    let explained = section.get("explained").and_then(|item| item.text().map(str::to_owned));
     let reason = section.need("reason", "say why this must hold: the order of the scheme, a published figure");
     let claims = [section.get("order"), section.get("decay"), section.get("error"), section.get("outcome")];
     let claim = match claims.each_ref().map(Option::as_ref) {
@@ -35,7 +36,7 @@ fn gate(section: &Section<'_>, quantities: &[Quantity], vary: &[Factor]) -> Opti
             return None;
         }
     };
-    Some(Gate { name, r#where: place, quantity, claim, reason: reason?.text()?.to_owned() })
+    Some(Gate { name, r#where: place, quantity, claim, reason: reason?.text()?.to_owned(), explained })
 }
 
 /// The least and the most of something that is fitted along the axis.

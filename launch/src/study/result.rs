@@ -174,6 +174,16 @@ pub(crate) struct Judged {
 }
 
 impl Judged {
+    /// Whether it does not hold, and nobody knows why.
+    pub(crate) fn is_unexplained(&self) -> bool {
+        self.passed == Some(false) && self.gate.explained.is_none()
+    }
+
+    /// Whether it holds although the case says why it does not.
+    pub(crate) fn is_out_of_date(&self) -> bool {
+        self.passed == Some(true) && self.gate.explained.is_some()
+    }
+
     /// Whether it claims how runs end.
     pub(crate) fn is_outcome(&self) -> bool {
         matches!(self.gate.claim, Claim::Outcome(_))
@@ -189,6 +199,25 @@ impl CaseResult {
     /// Whether all gates held that were judged.
     pub(crate) fn is_green(&self) -> bool {
         self.gates.iter().all(|judged| judged.passed != Some(false))
+    }
+
+    /// Whether each gate held that was judged, or the case says why not.
+    pub(crate) fn is_accounted_for(&self) -> bool {
+        !self.gates.iter().any(Judged::is_unexplained)
+    }
+
+    /// Gates in words, for tables of many cases: how many were judged and did not hold.
+    pub(crate) fn gates_in_short(&self) -> String {
+        let judged = self.gates.iter().filter(|g| g.passed.is_some()).count();
+        let failed = self.gates.iter().filter(|g| g.passed == Some(false)).count();
+        let unexplained = self.gates.iter().filter(|g| g.is_unexplained()).count();
+        match (judged, failed, unexplained) {
+            (0, ..) => "none".into(),
+            (1, 0, _) => "holds".into(),
+            (n, 0, _) => format!("all {n} hold"),
+            (n, failed, 0) => format!("{failed} of {n} failed, explained"),
+            (n, failed, _) => format!("{failed} of {n} failed"),
+        }
     }
 
     /// Whether its errors follow a power of the axis, as far as its gates know: where one claims a decay, they do not.

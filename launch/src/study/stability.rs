@@ -55,8 +55,8 @@ pub(crate) struct Field {
     pub(crate) behaviour: Behaviour,
     /// Criteria that are broken, with what was measured.
     pub(crate) broken: Vec<String>,
-    /// What the run says: the reason why it was refused, or what it reports against itself.
-    pub(crate) says: String,
+    /// What the run says: the reason why it was refused, and what it reports against itself.
+    pub(crate) says: Vec<String>,
     /// Exit code of the run.
     pub(crate) exit_code: u8,
     /// Its folder.
@@ -71,7 +71,7 @@ pub(crate) fn map(case: &CaseResult) -> Vec<Field> {
 fn field(case: &CaseResult, row: &Row) -> Field {
     let has_ended = row.exit_code == 0 || row.exit_code == 7;
     let broken = if has_ended { broken(case, row) } else { Vec::new() };
-    let says = row.why.clone().into_iter().chain(row.reported.iter().cloned()).collect::<Vec<_>>().join("; ");
+    let says = row.why.clone().into_iter().chain(row.reported.iter().cloned()).collect();
     let reports = !row.reported.is_empty();
     let behaviour = match row.outcome {
         // A red verdict says so, whatever else is wrong.
@@ -122,7 +122,8 @@ pub(crate) fn csv(fields: &[Field]) -> String {
         let code = field.exit_code.to_string();
         let broken = field.broken.join("; ");
         let word = field.behaviour.word();
-        let _ = out.write_record([&field.case, &field.settings, word, &code, &broken, &field.says, &field.folder]);
+        let says = field.says.join("; ");
+        let _ = out.write_record([&field.case, &field.settings, word, &code, &broken, &says, &field.folder]);
     }
     String::from_utf8(out.into_inner().unwrap_or_default()).unwrap_or_default()
 }
@@ -140,6 +141,7 @@ mod tests {
             quantity: Some("a.x".into()),
             claim: Claim::Error(0.1),
             reason: "it must not leave the box".into(),
+            explained: None,
         };
         CaseResult {
             name: "x".into(),

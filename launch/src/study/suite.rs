@@ -11,7 +11,7 @@ macro_rules! cases {
     };
 }
 
-/// Files of `tests/verification`.
+/// Files of `tests/verification` that the suites need: extreme settings, and the cases of the negative controls.
 const FILES: &[(&str, &str)] = &cases![
     "ballistic.study.toml",
     "ballistic.toml",
@@ -87,12 +87,17 @@ const FILES: &[(&str, &str)] = &cases![
     "stability/cloth-impact.study.toml",
     "stability/cloth-mass.study.toml",
     "stability/cloth-sweeps.study.toml",
+    "stability/coincident-points.study.toml",
     "stability/courant.study.toml",
+    "stability/creased-cloth.study.toml",
+    "stability/creased.obj",
     "stability/density-ratio.study.toml",
+    "stability/dust.toml",
     "stability/far-1-km.study.toml",
     "stability/far-100-km.study.toml",
     "stability/friction-3.study.toml",
     "stability/impact-100.study.toml",
+    "stability/inside-out.study.toml",
     "stability/link-limits.study.toml",
     "stability/link-mass-ratio.study.toml",
     "stability/link-stiffness.study.toml",
@@ -109,6 +114,8 @@ const FILES: &[(&str, &str)] = &cases![
     "stability/plume.toml",
     "stability/points.study.toml",
     "stability/poisson.study.toml",
+    "stability/reversal-oscillator.study.toml",
+    "stability/reversal-top.study.toml",
     "stability/seed-ground.study.toml",
     "stability/sheet.toml",
     "stability/short-windows.study.toml",
@@ -123,6 +130,12 @@ const FILES: &[(&str, &str)] = &cases![
     "stability/stiffness-ratio.study.toml",
     "stability/supersonic.study.toml",
     "stability/tank.toml",
+    "stability/units-block.study.toml",
+    "stability/units-plume.study.toml",
+    "stability/units-shapes.study.toml",
+    "stability/units-sheet.study.toml",
+    "stability/units-stack.study.toml",
+    "stability/units-tank.study.toml",
 ];
 
 /// List of the negative controls.
@@ -148,23 +161,24 @@ pub(crate) fn unpack(out: &Path) -> Result<PathBuf, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::control;
     use std::collections::BTreeSet;
 
     #[test]
-    fn every_case_of_the_sources_is_in_the_program() {
+    fn what_the_suites_need_is_in_the_program() {
+        let place = tempfile::tempdir().unwrap();
+        // Every case that a control names, with its scene.
+        assert!(!control::read(&unpack(place.path()).unwrap().join(CONTROLS)).unwrap().is_empty());
         let root = Path::new(&std::env::var("CARGO_MANIFEST_DIR").expect("cargo runs the tests"))
             .join("../tests/verification");
         let mut there = BTreeSet::new();
-        for folder in ["", "stability"] {
-            for entry in fs::read_dir(root.join(folder)).unwrap() {
-                let path = entry.unwrap().path();
-                let name = path.file_name().unwrap().to_string_lossy().into_owned();
-                if path.extension().is_some_and(|end| ["toml", "csv", "obj", "ply"].iter().any(|known| end == *known)) {
-                    there.insert(if folder.is_empty() { name } else { format!("{folder}/{name}") });
-                }
+        for entry in fs::read_dir(root.join(STABILITY)).unwrap() {
+            let path = entry.unwrap().path();
+            if path.extension().is_some_and(|end| ["toml", "csv", "obj", "ply"].iter().any(|known| end == *known)) {
+                there.insert(format!("{STABILITY}/{}", path.file_name().unwrap().to_string_lossy()));
             }
         }
-        let inside: BTreeSet<String> = FILES.iter().map(|(name, _)| (*name).to_owned()).collect();
-        assert_eq!(inside, there);
+        let inside = FILES.iter().map(|(name, _)| (*name).to_owned()).filter(|name| name.starts_with(STABILITY));
+        assert_eq!(inside.collect::<BTreeSet<_>>(), there);
     }
 }

@@ -84,6 +84,13 @@ fn failed_gates(case: &CaseResult, with_name: bool, paint: Paint) -> String {
             gate.gate.reason
         );
         let _ = writeln!(text, "{} {}", paint.bad("gate failed:"), printable(&line));
+        if let Some(why) = &gate.gate.explained {
+            let _ = writeln!(text, "{} {}", paint.warn("explained:"), printable(why));
+        }
+    }
+    for gate in case.gates.iter().filter(|gate| gate.is_out_of_date()) {
+        let line = format!("{}: a gate holds although its case explains why it does not: {}", case.name, gate.measured);
+        let _ = writeln!(text, "{} {}", paint.warn("out of date:"), printable(&line));
     }
     if text.is_empty() && judged > 0 && !with_name {
         text = format!("{} all {judged} gates hold\n", paint.good("ok:"));
@@ -96,8 +103,6 @@ fn matrix(results: &[CaseResult], paint: Paint) -> String {
     let head = ["case", "runs", "smallest error", "gates", "order", "time of that run [s]", "1 % costs [s]"];
     let mut lines = vec![head.map(str::to_owned).to_vec()];
     lines.extend(results.iter().map(|case| {
-        let judged = case.gates.iter().filter(|g| g.passed.is_some()).count();
-        let failed = case.gates.iter().filter(|g| g.passed == Some(false)).count();
         let wall = |place: Option<usize>| {
             let cost = place.and_then(|i| case.rows[i].cost.as_ref());
             cost.map_or_else(|| "–".into(), |c| format!("{:.4}", c.wall_s))
@@ -106,7 +111,7 @@ fn matrix(results: &[CaseResult], paint: Paint) -> String {
             case.name.clone(),
             case.rows.len().to_string(),
             number(case.smallest_error()),
-            if failed > 0 { format!("{failed} of {judged} failed") } else { format!("{judged} hold") },
+            case.gates_in_short(),
             case.orders(),
             wall(case.front.last().copied()),
             wall(case.row_of_one_percent()),

@@ -2,7 +2,7 @@
 //!
 //! rerun has plots over time alone, so a diagram is a view of the plane: [`WIDTH`] by [`HEIGHT`] units, upwards is
 //! negative, with a line and a label at round values. Each series is an entity of its own, which the viewer can hide, and
-//! a point says what it is when pointed at.
+//! a point says what it is when pointed at. Tables stand beside them as text.
 
 use std::path::Path;
 
@@ -11,8 +11,8 @@ use rerun::components::Radius;
 use rerun::external::re_sdk_types::blueprint::archetypes::{Background, TimePanelBlueprint, VisualBounds2D as Bounds};
 use rerun::log::ChunkBatcherConfig;
 use rerun::{
-    Color, LineStrips2D, Points2D, RecordingStream, RecordingStreamBuilder, RecordingStreamResult, components,
-    datatypes,
+    Color, LineStrips2D, Points2D, RecordingStream, RecordingStreamBuilder, RecordingStreamResult, TextDocument,
+    components, datatypes,
 };
 
 use super::layout::{application, begin, container, container_path, finish, view, view_path};
@@ -53,6 +53,17 @@ pub struct Diagram {
     pub series: Vec<Series>,
 }
 
+/// What is told in words and tables.
+#[derive(Clone, Debug)]
+pub struct Text {
+    /// Shown beside the diagrams of this group.
+    pub group: String,
+    /// Title.
+    pub title: String,
+    /// Markdown.
+    pub markdown: String,
+}
+
 /// Logarithms of the ends of an axis.
 #[derive(Clone, Copy, Debug)]
 struct Axis {
@@ -91,11 +102,17 @@ fn tick(value: f64) -> String {
     format!("{:.0}e{exponent}", value / 10.0_f64.powf(exponent))
 }
 
-/// Writes diagrams into a file of their own; `run` is the identity by which the viewer merges recordings.
+/// Writes diagrams and texts into a file of their own; `run` is the identity by which the viewer merges recordings.
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write_diagrams(path: &Path, name: &str, run: &str, diagrams: &[Diagram]) -> Result<(), RecordingError> {
+pub fn write_diagrams(
+    path: &Path,
+    name: &str,
+    run: &str,
+    diagrams: &[Diagram],
+    texts: &[Text],
+) -> Result<(), RecordingError> {
     let file = path.display().to_string();
     let made = RecordingStreamBuilder::new(application(name)).enabled(true);
     let made = made.recording_id(run).batcher_config(ChunkBatcherConfig::NEVER).save(path);
@@ -104,9 +121,12 @@ pub fn write_diagrams(path: &Path, name: &str, run: &str, diagrams: &[Diagram]) 
     stream.set_log_tick_enabled(false);
     let all = || {
         stream.send_recording_name(name)?;
-        send_layout(&stream, name, run, diagrams)?;
+        send_layout(&stream, name, run, diagrams, texts)?;
         for (i, diagram) in diagrams.iter().enumerate() {
             draw(&stream, &entity(i), diagram)?;
+        }
+        for (i, text) in texts.iter().enumerate() {
+            stream.log_static(text_entity(i), &TextDocument::from_markdown(text.markdown.as_str()))?;
         }
         Ok(())
     };
@@ -120,6 +140,10 @@ pub fn write_diagrams(path: &Path, name: &str, run: &str, diagrams: &[Diagram]) 
 /// Entity above all of a diagram.
 fn entity(number: usize) -> String {
     format!("diagram/{number}")
+}
+
+fn text_entity(number: usize) -> String {
+    format!("text/{number}")
 }
 
 fn draw(stream: &RecordingStream, entity: &str, diagram: &Diagram) -> RecordingStreamResult<()> {
@@ -182,10 +206,20 @@ fn single(place: [f64; 2]) -> [f32; 2] {
     place.map(|c| c as f32)
 }
 
-/// One tab a group, with its diagrams beside each other.
-fn send_layout(recording: &RecordingStream, name: &str, run: &str, diagrams: &[Diagram]) -> RecordingStreamResult<()> {
+/// One tab a group, with its diagrams and texts beside each other.
+fn send_layout(
+    recording: &RecordingStream,
+    name: &str,
+    run: &str,
+    diagrams: &[Diagram],
+    texts: &[Text],
+) -> RecordingStreamResult<()> {
     let (stream, storage) = begin(application(name), run)?;
     let mut groups: Vec<(&str, Vec<String>)> = Vec::new();
+    let mut join = |group, path| match groups.iter_mut().find(|g| g.0 == group) {
+        Some(known) => known.1.push(path),
+        None => groups.push((group, vec![path])),
+    };
     for (i, diagram) in diagrams.iter().enumerate() {
         let path = view_path(i as u128);
         view(&stream, &path, "2D", &diagram.title, &entity(i))?;
@@ -196,10 +230,12 @@ fn send_layout(recording: &RecordingStream, name: &str, run: &str, diagrams: &[D
             y_range: datatypes::Range1D([-HEIGHT - 10.0, 14.0]),
         };
         stream.log(format!("{path}/VisualBounds2D"), &Bounds::new(VisualBounds2D(range)))?;
-        match groups.last_mut().filter(|g| g.0 == diagram.group) {
-            Some(group) => group.1.push(path),
-            None => groups.push((&diagram.group, vec![path])),
-        }
+        join(diagram.group.as_str(), path);
+    }
+    for (i, text) in texts.iter().enumerate() {
+        let path = view_path((diagrams.len() + i) as u128);
+        view(&stream, &path, "TextDocument", &text.title, &text_entity(i))?;
+        join(text.group.as_str(), path);
     }
     let mut tabs = Vec::new();
     for (i, (group, views)) in groups.iter().enumerate() {

@@ -10,6 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
+use cosplat_viewer::recording::RecordingError;
 use serde::Serialize;
 
 use crate::cli::Format;
@@ -32,7 +33,7 @@ const ROWS: &str = "study.csv";
 const ANSWER: &str = "study.json";
 /// Everything for people.
 const PAGE: &str = "study.html";
-/// The diagrams for the rerun viewer.
+/// The diagrams and tables for the rerun viewer.
 const RECORDING: &str = "study.rrd";
 
 const EXAMPLES: &str = "\
@@ -151,7 +152,7 @@ struct Answer<'a> {
     machine: &'a str,
     /// Page for people.
     page: String,
-    /// Whether all gates hold that could be judged.
+    /// Whether all gates hold that could be judged, but for those whose cases explain why they do not.
     passed: bool,
     /// Cases with their runs.
     cases: &'a [CaseResult],
@@ -187,7 +188,7 @@ async fn of_cases(args: &StudyArgs, signals: &mut Signals) -> Result<Code, Error
         version: VERSION,
         machine: &machine,
         page: out.join(PAGE).display().to_string(),
-        passed: results.iter().all(CaseResult::is_green),
+        passed: results.iter().all(CaseResult::is_accounted_for),
         cases: &results,
         catalogue: &catalogue,
     };
@@ -203,10 +204,7 @@ async fn of_cases(args: &StudyArgs, signals: &mut Signals) -> Result<Code, Error
     write(&out, ROWS, &rows::csv(&results, VERSION, &machine))?;
     write(&out, ANSWER, &text)?;
     write(&out, PAGE, &page::study::html(&page))?;
-    let recorded = recording::write(&out.join(RECORDING), &name, &results);
-    recorded.map_err(|e| {
-        Error::new(Code::Environment, Problem::new("The recording of the study cannot be written").because(e))
-    })?;
+    recorded(recording::write(&out.join(RECORDING), &name, &results))?;
     args.output.show(&human(&results, &out.join(PAGE), Paint::stdout()), &text)?;
     Ok(if answer.passed { Code::Ok } else { Code::Verdict })
 }
@@ -229,6 +227,12 @@ async fn conduct_all(
         talk("stopped: what has been run is kept, the same command goes on from there");
     }
     Ok(results)
+}
+
+/// What came of writing a recording.
+fn recorded(result: Result<(), RecordingError>) -> Result<(), Error> {
+    let problem = |e| Problem::new("The recording of the study cannot be written").because(e);
+    result.map_err(|e| Error::new(Code::Environment, problem(e)))
 }
 
 fn write(out: &Path, name: &str, text: &str) -> Result<(), Error> {

@@ -5,14 +5,14 @@ use std::fmt::Write as _;
 use clap::Args;
 use serde::Serialize;
 
-use super::{Output, Pace, VERSION, conditions, conduct_all, machine, wanted, write};
+use super::{Output, Pace, VERSION, conditions, conduct_all, machine, recorded, wanted, write};
 use crate::exit::{Code, Error};
 use crate::page;
 use crate::render::{Paint, json, printable, table};
 use crate::study::conduct::cores;
 use crate::study::result::CaseResult;
 use crate::study::stability::{Behaviour, Field, csv, map};
-use crate::study::suite;
+use crate::study::{recording, suite};
 use crate::supervise::signals::Signals;
 
 /// One line a run.
@@ -21,6 +21,8 @@ const ROWS: &str = "stability.csv";
 const ANSWER: &str = "stability.json";
 /// The map for people.
 const PAGE: &str = "stability.html";
+/// The map for the rerun viewer.
+const RECORDING: &str = "stability.rrd";
 
 const EXAMPLES: &str = "\
 Examples:
@@ -76,6 +78,7 @@ pub(super) async fn stability(args: &StabilityArgs, signals: &mut Signals) -> Re
     write(&out, ROWS, &csv(&fields))?;
     write(&out, ANSWER, &text)?;
     write(&out, PAGE, &page::study::stability(&page, &fields))?;
+    recorded(recording::write_map(&out.join(RECORDING), &results, &fields))?;
     let people = human(&results, &fields, Paint::stdout());
     let people = people + &format!("\nwritten to {}\n", Paint::stdout().cyan(&out.join(PAGE).display().to_string()));
     args.output.show(&people, &text)?;
@@ -92,7 +95,7 @@ fn human(cases: &[CaseResult], fields: &[Field], paint: Paint) -> String {
     }));
     let mut text = format!("{}\n\n", table(paint, &lines));
     for field in fields.iter().filter(|f| !f.behaviour.is_tolerable()) {
-        let why = field.broken.first().unwrap_or(&field.says);
+        let why = field.broken.iter().chain(&field.says).next().map_or("", String::as_str);
         let line = format!("{} {}: {why}", field.case, field.settings);
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{} {}", paint.bad(&format!("{}:", field.behaviour.word())), printable(&line));

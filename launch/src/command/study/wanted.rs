@@ -113,17 +113,8 @@ fn of_scene(source: &Source, wanted: &str, vary: &[Factor]) -> Result<Case, Erro
         table.get(key).and_then(toml::Value::as_str).map(str::to_owned)
     };
     let name = plain("name").unwrap_or_else(|| "scene".into());
-    Ok(Case {
-        title: plain("title").unwrap_or_else(|| name.clone()),
-        name,
-        scene: wanted.to_owned(),
-        source: String::new(),
-        quantities: Vec::new(),
-        set: Vec::new(),
-        vary: Vec::new(),
-        gates: Vec::new(),
-        slow: false,
-    })
+    let title = plain("title").unwrap_or_else(|| name.clone());
+    Ok(Case::plain(&name, &title, wanted, Vec::new()))
 }
 
 /// Reads `KEY=V1,V2`; values are TOML, plain words count as strings.

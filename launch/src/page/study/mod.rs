@@ -3,7 +3,7 @@
 pub(crate) mod plots;
 mod sheet;
 mod suites;
-mod tables;
+pub(crate) mod tables;
 
 use maud::{Markup, html};
 
@@ -36,7 +36,6 @@ pub(crate) struct Page<'a> {
 
 /// The page.
 pub(crate) fn html(page: &Page<'_>) -> String {
-    let green = page.cases.iter().filter(|case| case.is_green()).count();
     let title = match page.cases {
         [only] => only.title.clone(),
         many => format!("Study of {} cases", many.len()),
@@ -45,7 +44,7 @@ pub(crate) fn html(page: &Page<'_>) -> String {
     let body = html! {
         header {
             h1 { (title) }
-            @if !is_one { p.lead { "All gates of " (green) " of " (page.cases.len()) " cases hold." } }
+            @if !is_one { p.lead { (lead(page.cases)) } }
             p { (page.machine) ", cosplat " (page.version) }
         }
         @if !is_one {
@@ -71,6 +70,21 @@ pub(crate) fn html(page: &Page<'_>) -> String {
         footer { "Every number on this page was measured in the runs that it describes. SI units; errors are relative. Times are wall times inside the windows: starting processes and setting them up is not in them." }
     };
     document(&title, &body)
+}
+
+/// All cases in a sentence or two.
+fn lead(cases: &[CaseResult]) -> String {
+    let green = cases.iter().filter(|case| case.is_green()).count();
+    let explained: Vec<&str> = cases
+        .iter()
+        .filter(|case| !case.is_green() && case.is_accounted_for())
+        .map(|case| case.name.as_str())
+        .collect();
+    let more = match explained.as_slice() {
+        [] => String::new(),
+        some => format!(" Of the others these say why not, below: {}.", some.join(", ")),
+    };
+    format!("All gates of {green} of {} cases hold.{more}", cases.len())
 }
 
 /// One line a published case: what answers it, or why nothing does.
@@ -119,13 +133,9 @@ fn matrix(cases: &[CaseResult]) -> Markup {
 }
 
 fn gates_in_short(case: &CaseResult) -> Markup {
-    let judged = case.gates.iter().filter(|g| g.passed.is_some()).count();
-    let failed = case.gates.iter().filter(|g| g.passed == Some(false)).count();
+    let (text, is_judged) = (case.gates_in_short(), case.gates.iter().any(|g| g.passed.is_some()));
     html! {
-        @if judged == 0 { "none" }
-        @else if failed == 0 && judged == 1 { strong.good { "holds" } }
-        @else if failed == 0 { strong.good { "all " (judged) " hold" } }
-        @else { strong.bad { (failed) " of " (judged) " failed" } }
+        @if !is_judged { (text) } @else { strong class=(if case.is_green() { "good" } else { "bad" }) { (text) } }
     }
 }
 
@@ -179,6 +189,7 @@ mod tests {
             quantity: Some("a.x".into()),
             claim: Claim::Order([1.9, 2.1]),
             reason: "theory <of> splitting".into(),
+            explained: (name == "known").then(|| "the <scheme> is of first order".into()),
         };
         CaseResult {
             name: name.into(),
@@ -225,6 +236,13 @@ mod tests {
         }
         assert!(!one.contains("<script") && !one.contains("href=\"http"));
         let many = page(&[result("one", Some(true)), result("two", Some(false)), result("three", None)]);
-        assert!(many.contains("All gates of 2 of 3 cases hold.") && many.contains("1 of 1 failed"));
+        assert!(many.contains("All gates of 2 of 3 cases hold.</p>") && many.contains("1 of 1 failed<"));
+        let known = page(&[result("one", Some(true)), result("known", Some(false))]);
+        for text in
+            ["these say why not, below: known.", "1 of 1 failed, explained", "the &lt;scheme&gt; is of first order"]
+        {
+            assert!(known.contains(text), "{text}");
+        }
+        assert!(page(&[result("known", Some(true))]).contains("out of date"));
     }
 }

@@ -22,7 +22,7 @@ pub(crate) fn stability(page: &Page<'_>, fields: &[Field]) -> String {
     let body = html! {
         (overview(page.cases, fields))
         p {
-            "One sign a run: " @for how in Behaviour::ALL { (sign(how)) " " (how.word()) " " }
+            "One sign a run: " @for (i, how) in Behaviour::ALL.into_iter().enumerate() { @if i > 0 { ", " } (sign(how)) " " (how.word()) }
             ". What each run is judged by stands in its case, with the reason."
         }
         @for case in page.cases {
@@ -157,7 +157,7 @@ fn runs<'a>(fields: impl Iterator<Item = &'a Field>) -> Markup {
         vec![
             html! { code { (f.settings) } },
             html! { (sign(f.behaviour)) " " span class=(class(f.behaviour)) { (f.behaviour.word()) } },
-            html! { (f.says) },
+            html! { @for one in &f.says { div { (one) } } },
             html! { @for one in &f.broken { div { (one) } } },
         ]
     };
@@ -183,7 +183,7 @@ mod tests {
             settings: "clock.window=0.1".into(),
             behaviour,
             broken: vec!["too <far>".into()],
-            says: says.into(),
+            says: vec![says.into()],
             exit_code: 0,
             folder: String::new(),
         };

@@ -10,7 +10,8 @@ use crate::study::front::Cheapest;
 use crate::study::outcome::Class;
 use crate::study::result::{CaseResult, Group, Judged, Measured, Row};
 
-fn claim(claim: Claim) -> String {
+/// What a gate claims, in words.
+pub(crate) fn claim(claim: Claim) -> String {
     match claim {
         Claim::Order([least, most]) => format!("order between {} and {}", limit(least), limit(most)),
         Claim::Decay([least, most]) => format!("factor per unit of the axis between {least} and {most}"),
@@ -35,10 +36,19 @@ pub(super) fn gates(case: &CaseResult) -> Markup {
             html! { @if place.is_empty() { "all" } @else { code { (place.join(" ")) } } },
             html! { (claim(judged.gate.claim)) (of) },
             html! { (judged.measured) },
-            html! { (judged.gate.reason) },
+            html! { (judged.gate.reason) (explained(judged)) },
         ]
     };
     table(&head, case.gates.iter().map(row).collect())
+}
+
+/// Why a red gate is known to be red; that nothing has to be explained any more where it holds.
+fn explained(judged: &Judged) -> Markup {
+    let Some(why) = &judged.gate.explained else { return html! {} };
+    html! {
+        @if judged.is_out_of_date() { div.warn { "The explanation is out of date: " (why) } }
+        @else { div { strong { "Why it does not: " } (why) } }
+    }
 }
 
 /// The cheapest run for each of a few errors.

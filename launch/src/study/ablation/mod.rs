@@ -129,17 +129,7 @@ fn by(summary: &Summary, what: &str) -> Option<String> {
 
 /// The case of a scene with changes.
 pub(crate) fn case_of(scene: &str, [name, title]: [&str; 2], set: Vec<(String, Level)>) -> Case {
-    Case {
-        name: name.to_owned(),
-        title: title.to_owned(),
-        scene: scene.to_owned(),
-        source: String::new(),
-        quantities: Vec::new(),
-        set,
-        vary: Vec::new(),
-        gates: Vec::new(),
-        slow: false,
-    }
+    Case::plain(name, title, scene, set)
 }
 
 #[cfg(test)]
