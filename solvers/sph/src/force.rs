@@ -247,7 +247,7 @@ impl Pass<'_> {
                     sum += kernel.weights(others.r) * others.volume;
                 }
                 for b in walls.near(i).chunks_exact(LANES) {
-                    let others = Four::new(own, walls.packs(), b);
+                    let others = Four::new(own, walls.sliding(), b);
                     squeeze += kernel.slopes(others.r) * others.volume * others.approach();
                     sum += kernel.weights(others.r) * others.volume;
                 }

@@ -23,10 +23,10 @@
 //! negative. Spray, a particle with few neighbours, forgets that it was rarefied. The kernel is Wendland's C2 with a
 //! smoothing length of 1.2 spacings.
 //!
-//! A wall is continued below its surface by a lattice of boundary particles as deep as the kernel reaches (`shell`); a plane's are made where the
-//! liquid is, a terrain's column by column. Where static solids overlap, one counts, those without slip before others. A partner
-//! that shows samples has one layer, or two where its samples have volume and normals; samples farther apart than one and
-//! a half spacings are refused.
+//! A wall is continued below its surface by a lattice of boundary particles as deep as the kernel reaches (`shell`); a plane's
+//! are made where the liquid is, a terrain's column by column. Where static solids overlap, one counts, those without slip
+//! before others; where a rigid partner reaches into one, the partner (`overlap`). A partner that shows samples has one layer,
+//! or two where its samples have volume and normals; samples farther apart than one and a half spacings are refused.
 //!
 //! Liquid enters and leaves through inflows and drains (`gates`).
 //!
@@ -43,8 +43,10 @@
 //!
 //! Known limits: pressures of single particles of an incompressible liquid scatter by some percent of the largest, their mean
 //! does not; a lattice under pressure buckles, and its particles come to rest within seconds; drops of few particles lock as
-//! a solid does; implicit viscosity lacks the pairs beyond walls that slip;
-//! one layer of samples holds a thin layer of liquid, not a tank.
+//! a solid does, and a lattice that is stretched to the half and the double takes more room; a gap that was left around a body
+//! at the start stays and lifts it; walls that slip bear what lies within a quarter of a spacing of an edge at which a partner
+//! ends; implicit viscosity lacks the pairs beyond walls that slip; one layer of samples holds a thin layer of liquid, not a
+//! tank.
 
 mod aside;
 mod cohesion;
@@ -58,6 +60,7 @@ mod kernel;
 mod lanes;
 mod model;
 mod near;
+mod overlap;
 mod params;
 mod partner;
 mod plugin;

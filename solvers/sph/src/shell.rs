@@ -15,7 +15,7 @@ use crate::frame::bounds;
 /// Boundary particles above which a spacing is refused as too fine for a solid.
 const MOST_PIECES: usize = 3_000_000;
 /// Shares of a cell below which it is left out.
-const LEAST_SHARE: f64 = 0.05;
+pub(crate) const LEAST_SHARE: f64 = 0.05;
 
 /// A place below a surface, the volume that it stands for and how deep it lies \[m, m³, m\].
 pub(crate) type Piece = (Vec3, f64, f64);

@@ -246,6 +246,7 @@ impl Course<'_> {
             // the last window. With densities last, what a sample yields in a window would be missing from them, and each
             // window would make `(p A W)²/(2 m)` of energy for a mass m with the area A; so the exchange is a leapfrog.
             pass.dense(store, &mut pack[..store.len()]);
+            walls.slide(&Liquids { model, pack, gravity: &gravity, parallel });
             pass.compress(store, pack, walls, next);
             std::mem::swap(next, &mut store.rho);
             pass.pack(store, &mut pack[..store.len()]);

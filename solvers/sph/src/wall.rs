@@ -8,6 +8,7 @@
 //! beside it would else lack the pairs beyond the wall, and shear more easily.
 
 use cosplat_core::boundary::{Vec3, cross, dot, norm, scale, sub};
+use cosplat_core::distance::SignedDistance;
 use wide::f64x4;
 
 use crate::force::drag;
@@ -15,6 +16,7 @@ use crate::grid::Grid;
 use crate::lanes::{Four, LANES, Pack, gather};
 use crate::model::{Model, Solid};
 use crate::near::{CHUNK, Lists, for_chunks};
+use crate::overlap::once;
 use crate::partner::Partners;
 use crate::shell::below_plane;
 use crate::store::Store;
@@ -39,6 +41,8 @@ pub(crate) struct Piece {
     pub(crate) v: Vec3,
     pub(crate) volume: f64,
     pub(crate) depth: f64,
+    /// Outward normal of a static solid that slips and into which a partner reaches; else nothing.
+    normal: Vec3,
     /// Impulse on the liquid \[N s\], its size \[N s\] and work \[J\] in the last substep.
     pub(crate) impulse: Vec3,
     pub(crate) work: f64,
@@ -63,6 +67,8 @@ pub(crate) struct Walls {
     /// The same with the pressure and the velocity that viscosity sees, and with their own velocity; then nobody.
     seen: Vec<Pack>,
     moving: Vec<Pack>,
+    /// The latter, but with the liquid's velocity along static walls that slip.
+    sliding: Vec<Pack>,
     /// Viscosity at each \[Pa s\], 0 where the liquid slips along a partner; and whether it belongs to a partner, as 1.
     rubs: Vec<[f64; 2]>,
     grip: Vec<f64>,
@@ -101,7 +107,7 @@ impl Walls {
     ) {
         let x = store.listed.those();
         let mut places = store.listed.partners.iter();
-        let mut all = Vec::new();
+        let (mut all, mut rigid) = (Vec::new(), Vec::new());
         for (f, face) in model.faces.iter().enumerate() {
             let mut add = |index: usize, x: Vec3, volume: f64, depth: f64| {
                 if !grid.occupied(x, reach) {
@@ -109,7 +115,7 @@ impl Walls {
                 }
                 let (zero, face) = ([0.0; 3], f as u32);
                 let index = index as u32;
-                let made = Piece { face, index, x, v: zero, volume, depth, impulse: zero, work: 0.0 };
+                let made = Piece { face, index, x, v: zero, volume, depth, normal: zero, impulse: zero, work: 0.0 };
                 all.push(made);
             };
             match &model.solids[face.solid] {
@@ -127,7 +133,10 @@ impl Walls {
                 Solid::Rigid(_, pieces) => {
                     if partners.proxy(face.solid).is_some() {
                         let each = pieces.iter().enumerate().zip(&mut places);
-                        each.for_each(|((i, &(_, volume, depth)), &x)| add(i, x, volume, depth));
+                        each.for_each(|((i, &(_, volume, depth)), &x)| {
+                            rigid.push((face.body, x, volume));
+                            add(i, x, volume, depth);
+                        });
                     }
                 }
                 Solid::Sampled(_) => {
@@ -137,6 +146,7 @@ impl Walls {
                 }
             }
         }
+        let entered = once(model, &rigid, &mut all);
         let search = |b: usize, list: &mut Vec<u32>| {
             let body = model.faces[all[b].face as usize].body as u32;
             grid.near(x, all[b].x, reach, |i| {
@@ -150,6 +160,12 @@ impl Walls {
         let row = |b: usize| found.chunks()[b / CHUNK].row(b % CHUNK);
         let kept: Vec<usize> = (0..all.len()).filter(|&b| !row(b).is_empty()).collect();
         self.pieces = kept.iter().map(|&b| all[b]).collect();
+        for piece in &mut self.pieces {
+            let face = &model.faces[piece.face as usize];
+            let slides = face.slips && entered[piece.face as usize];
+            let known = model.statics.iter().find(|s| slides && s.0 == face.solid);
+            piece.normal = known.map_or([0.0; 3], |(_, placed)| placed.distance(piece.x).1);
+        }
         self.lists.make(kept.len(), store.len(), parallel, &|k, list| list.extend_from_slice(row(kept[k])));
         (self.first, self.near) = self.lists.transposed(kept.len(), store.len());
         let rubs = self.pieces.iter().map(|piece| {
@@ -166,6 +182,7 @@ impl Walls {
         self.grip = vec![0.0; kept.len() + 1];
         self.seen = vec![Pack::default(); kept.len() + 1];
         self.moving = self.seen.clone();
+        self.sliding = self.seen.clone();
     }
 
     /// Puts each where its solid is, with its velocity.
@@ -196,6 +213,35 @@ impl Walls {
             }
             *pack = Pack { x: piece.x, volume: piece.volume, v: piece.v, pressure: 0.0 };
         }
+    }
+
+    /// Takes the liquid's mean velocity along static walls that slip for theirs, where partners reach into them.
+    ///
+    /// Beyond such a wall is a mirror image of the liquid. Along a wall that goes on, its velocity does not count: what comes
+    /// nearer on one side goes away on the other. Where a wall ends at something that moves, as at a piston, it does.
+    pub(crate) fn slide(&mut self, liquids: &Liquids<'_>) {
+        let kernel = liquids.model.kernel;
+        let Self { pieces, lists, moving, sliding, .. } = self;
+        let count = pieces.len();
+        let mut nothing = vec![(); lists.chunks().len()];
+        for_chunks(liquids.parallel, &mut sliding[..count], &mut nothing, &|c, sliding, ()| {
+            for (k, sliding) in sliding.iter_mut().enumerate() {
+                let (own, normal) = (moving[c * CHUNK + k], pieces[c * CHUNK + k].normal);
+                *sliding = own;
+                if dot(normal, normal) <= 0.0 {
+                    continue;
+                }
+                let (mut sum, mut velocity) = (f64x4::ZERO, [f64x4::ZERO; 3]);
+                for i in lists.chunks()[c].row(k).chunks_exact(LANES) {
+                    let others = Four::new(&own, liquids.pack, i);
+                    let weight = others.volume * kernel.weights(others.r);
+                    sum += weight;
+                    velocity = [0, 1, 2].map(|k| velocity[k] - weight * others.relative[k]);
+                }
+                let mean = scale(gather(velocity), 1.0 / sum.reduce_add().max(f64::MIN_POSITIVE));
+                sliding.v = sub(mean, scale(normal, dot(mean, normal)));
+            }
+        });
     }
 
     /// Extrapolates pressure and velocity from the liquid.
@@ -282,6 +328,11 @@ impl Walls {
     /// The packs of boundary particles with their own velocities; the last one is nobody.
     pub(crate) fn packs(&self) -> &[Pack] {
         &self.moving
+    }
+
+    /// The same, with the liquid's velocity along static walls that slip.
+    pub(crate) fn sliding(&self) -> &[Pack] {
+        &self.sliding
     }
 
     /// Liquid particles near each boundary particle.

@@ -11,11 +11,15 @@ use cosplat_core::scene::{Source, Wall};
 const SIDE: f64 = 0.2;
 const HEIGHT: f64 = 0.5;
 const SPRING: f64 = 2e4;
+/// Periods over which it is measured: sound, which the start sets ringing, goes up and down seven times in one.
+const PERIODS: usize = 2;
 
 /// Frequency \[Hz\] of a piston of that mass, by the zeros about its middle, and the mean pressure below the water \[Pa\].
 fn swing(mass: f64, pressure: &str, sound: f64) -> (f64, f64) {
     let (d, window) = (0.025, 1e-3);
-    let size = [SIDE, SIDE, 0.1];
+    // It reaches into the walls, so that the corners along its edge are its own: walls would bear an eighth of the water there.
+    let wide = SIDE + 6.0 * d;
+    let size = [wide, wide, 0.1];
     let body = liquid(water(sound, 1e-3), [SIDE, SIDE, HEIGHT], [0.5 * SIDE, 0.5 * SIDE, 0.5 * HEIGHT], d);
     let mut walls = tank(SIDE, SIDE, Wall::Slip);
     walls.remove(0);
@@ -32,7 +36,7 @@ fn swing(mass: f64, pressure: &str, sound: f64) -> (f64, f64) {
     let lift = at;
     let (mut zeros, mut before) = (Vec::new(), at - middle);
     let (mut given, mut time) = (0.0, 0.0);
-    while zeros.len() < 3 && run.time() < 2.0 {
+    while zeros.len() < PERIODS * 2 + 1 && run.time() < 2.0 {
         // The spring's force is the free motion of the piston over the window.
         piston.record.background_linear = [0.0, 0.0, -9.81 - SPRING * at / mass];
         piston.record.position[2] = at - lift - 0.5 * size[2];
@@ -44,13 +48,20 @@ fn swing(mass: f64, pressure: &str, sound: f64) -> (f64, f64) {
         let now = at - middle;
         if now * before < 0.0 {
             zeros.push(run.time() - window * now / (now - before));
+            // The water moves as the piston does: what it is slower by after whole periods is not its weight.
+            let slower = 1000.0 * SIDE * SIDE * HEIGHT * v;
+            match zeros.len() {
+                1 => given += slower,
+                n if n == 2 * PERIODS + 1 => given -= slower,
+                _ => {}
+            }
         }
-        if (1..3).contains(&zeros.len()) {
+        if (1..=PERIODS * 2).contains(&zeros.len()) {
             (given, time) = (given - j.linear[2], time + window);
         }
         before = now;
     }
-    let frequency = 1.0 / (zeros[2] - zeros[0]);
+    let frequency = PERIODS as f64 / (zeros[PERIODS * 2] - zeros[0]);
     println!(
         "{pressure}, {mass} kg: {frequency} Hz, mean pressure {}, {} substeps",
         given / time / SIDE / SIDE,
@@ -63,28 +74,35 @@ fn swing(mass: f64, pressure: &str, sound: f64) -> (f64, f64) {
 /// Masses, frequencies by `k - m ω² - ρ c A ω tan(ω L/c) = 0` with c = 50 m/s, and without compression \[kg, Hz\].
 const KNOWN: [(f64, f64, f64); 2] = [(20.0, 3.543_905, 3.558_813), (2.0, 4.733_389, 4.798_702)];
 
-fn deviations() -> Vec<[f64; 2]> {
-    let one = |(mass, weak, rigid): (f64, f64, f64)| {
-        [("wcsph", weak), ("dfsph", rigid)].map(|(pressure, exact)| {
-            let (frequency, mean) = swing(mass, pressure, 50.0);
-            [frequency / exact - 1.0, mean / 4905.0 - 1.0]
-        })
-    };
-    KNOWN.iter().flat_map(|&known| one(known)).collect()
+/// Deviations of frequency and mean pressure of the piston of that number, in both liquids.
+fn deviations(number: usize) -> [[f64; 2]; 2] {
+    let (mass, weak, rigid) = KNOWN[number];
+    [("wcsph", weak), ("dfsph", rigid)].map(|(pressure, exact)| {
+        let (frequency, mean) = swing(mass, pressure, 50.0);
+        [frequency / exact - 1.0, mean / 4905.0 - 1.0]
+    })
 }
 
 #[test]
 fn a_piston_below_water_swings_with_the_waters_mass() {
-    // In the corners along the piston's edge the walls' boundary particles, which lie beside the piston, bear what is above
-    // them: with eight particles across a tenth of the water, so at equal masses a fortieth of the frequency. What dfsph misses
-    // beyond that, another 4 %, is not explained.
-    let found = deviations();
-    assert!(found.iter().all(|d| d[0].abs() < 0.1 && d[1].abs() < 0.15), "{found:?}");
+    let [weak, rigid] = deviations(0);
+    // The catalogue's gate for the frequency. Of the eighth of the water that walls would bear along the edge of a narrower
+    // piston a fifth stays, with the other sign: what a moving piston lays bare of a wall is no lattice.
+    assert!(weak[0].abs() < 0.01 && rigid[0].abs() < 0.01, "{weak:?} {rigid:?}");
+    assert!(weak[1].abs() < 0.03 && rigid[1].abs() < 0.03, "{weak:?} {rigid:?}");
 }
 
 #[test]
-#[ignore = "not met: with eight particles across 3 % (dfsph 6 %) and 9 % (10 %), as walls bear water in the corners along the piston's edge"]
+fn a_light_piston_below_water_swings_with_the_waters_mass() {
+    let [weak, rigid] = deviations(1);
+    // As above. What dfsph misses with a piston of a tenth of the water's mass, another 2 %, is not explained.
+    assert!(weak[0].abs() < 0.01 && rigid[0].abs() < 0.03, "{weak:?} {rigid:?}");
+    assert!(weak[1].abs() < 0.03 && rigid[1].abs() < 0.03, "{weak:?} {rigid:?}");
+}
+
+#[test]
+#[ignore = "not met: with eight particles across dfsph is 2.6 % too slow below the light piston, and mean pressures are 0.4 to 2.6 % too high; frequencies are else off by 0.4 to 0.9 %"]
 fn a_piston_below_water_swings_as_the_catalogue_wants() {
-    let found = deviations();
+    let found = [deviations(0), deviations(1)].concat();
     assert!(found.iter().all(|d| d[0].abs() < 0.01 && d[1].abs() < 0.01), "{found:?}");
 }
