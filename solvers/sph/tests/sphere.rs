@@ -115,7 +115,8 @@ const HEAVY: f64 = 1120.0;
 const OIL: [f64; 2] = [970.0, 0.373];
 const FASTEST: f64 = 0.035_986;
 
-/// Largest speed of a sphere with that many particles across that settles for 0.6 s \[m/s\].
+/// Largest speed of a sphere with that many particles across, a multiple of three so that the tank is full, that settles for
+/// 0.6 s \[m/s\].
 fn settle(across: f64) -> f64 {
     let (d, radius, window) = (DIAMETER / across, 0.5 * DIAMETER, 2e-3);
     let at = [0.5 * TANK[0], 0.5 * TANK[1], START + radius];
@@ -159,9 +160,9 @@ fn settle(across: f64) -> f64 {
 }
 
 #[test]
-#[ignore = "not met: with four particles across the oil lifts the held sphere by 17 % too much, more than the 15 % by which it is heavier, so that it rises; with ten, for which the gate is meant, it was not run"]
+#[ignore = "not met: with three particles across the oil lifts it by 23 % too much, more than the 15 % by which it is heavier, so that it rises; a hundredth of the lift, which six across leave, is 7 % of the speed; nine were not run: an hour"]
 fn a_sphere_settles_as_measured() {
-    let found = settle(10.0);
+    let found = settle(9.0);
     // The catalogue's gate.
     assert!((found / FASTEST - 1.0).abs() < 0.05, "{found} m/s");
 }
