@@ -57,6 +57,9 @@ impl Finished {
     }
 }
 
+/// The curve that a quantity is compared with beside its own, by its name and reference.
+type Beside<'a> = dyn Fn(&str, &Reference) -> Vec<(f64, f64)> + 'a;
+
 /// Evaluates a case. `twins` are the runs of what it is compared with, one for each of its own; none where that is no
 /// other scene.
 pub(crate) fn evaluate(case: &Case, finished: &[Finished], twins: &[Finished]) -> CaseResult {
@@ -132,7 +135,7 @@ pub(crate) fn from_probes(table: &Table) -> Vec<Quantity> {
 }
 
 /// `other` is the curve of a quantity that a reference asks for beside its own.
-fn row(finished: &Finished, quantities: &[Quantity], other: &dyn Fn(&str, &Reference) -> Vec<(f64, f64)>) -> Row {
+fn row(finished: &Finished, quantities: &[Quantity], other: &Beside<'_>) -> Row {
     let settings = &finished.settings;
     let mut row = Row {
         settings: settings.values.iter().map(|(key, level)| (key.clone(), level.shown.clone())).collect(),

@@ -72,7 +72,7 @@ fn told(case: &CaseResult) -> Text {
     });
     let parts = [
         format!("# {}\n\nScene `{}`. Reference: {}.\n\n", case.title, case.scene, case.reference),
-        case.notes.iter().map(|note| format!("{note}\n\n")).collect(),
+        case.notes.iter().flat_map(|note| [note.as_str(), "\n\n"]).collect(),
         table(&["gate", "runs", "claim", "measured", "why it must hold"], case.gates.iter().map(gate).collect()),
         table(&["error at most", "cheapest run", "time [s]"], cheapest.collect()),
         table(&["run", "outcome", "error", "coupling", "rest", "time [s]"], case.rows.iter().map(run).collect()),

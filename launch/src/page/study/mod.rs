@@ -96,9 +96,9 @@ fn catalogue(page: &Page<'_>) -> Markup {
         vec![
             html! { strong { (entry.id) } },
             html! { (entry.title) },
-            html! { @for case in &found { div { a href={ "#" (case.name) } { (case.name) } } } },
+            html! { @for case in &found { div.key { a href={ "#" (case.name) } { (case.name) } } } },
             html! { @for case in &found { div { (maybe(case.smallest_error())) } } },
-            html! { @for case in &found { div { (gates_in_short(case)) } } },
+            html! { @for case in &found { div.key { (gates_in_short(case)) } } },
             html! { (entry.note.replace('`', "")) },
         ]
     };

@@ -23,7 +23,7 @@ pub(crate) fn refuse(fault: Fault, scene: &SolverScene) -> Result<(), PluginErro
             ActionKind::PointForce { .. } => missing.push("point-force".into()),
             ActionKind::Impulse { .. } => missing.push("impulse".into()),
             ActionKind::Reverse | ActionKind::Inflow { .. } | ActionKind::Drain { .. } => {
-                missing.push(action.kind.name().into())
+                missing.push(action.kind.name().into());
             }
         }
     }
