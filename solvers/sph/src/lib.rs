@@ -3,12 +3,12 @@
 //! as it must beside partners that show samples; the default is the first where it can be (`params`), and is said.
 //!
 //! One weakly compressible substep:
-//! 1. boundary particles of partners go where their solid is (`wall`, `partner`, `proxy`) and take pressure and velocity
-//!    from the liquid around them (Adami et al. 2012);
+//! 1. boundary particles of partners go where their solid is (`wall`, `partner`, `proxy`), densities follow from the
+//!    velocities, and boundary particles take pressure and velocity from the liquid around them (Adami et al. 2012);
 //! 2. every particle sums the forces of its neighbours: pressure, viscosity, walls (`force`, four at a time by `lanes`);
-//! 3. boundary particles of partners sum what they did to the liquid: that is what crosses, with the other sign;
-//! 4. velocities change, rigid stand-ins take their impulses, and densities follow from the new velocities at the old
-//!    places: a symplectic step of first order;
+//! 3. boundary particles of partners sum what they did to the liquid: that is what crosses, with the other sign (`rub` says
+//!    how much friction a light sample bears, and what it does);
+//! 4. velocities change, and rigid stand-ins take their impulses: a symplectic step of first order;
 //! 5. everything moves.
 //!
 //! Particles are physically sorted by cell (`grid`), and lists of neighbours (`near`) are kept until two may have come
@@ -68,6 +68,7 @@ mod probe;
 mod proxy;
 mod read;
 mod report;
+mod rub;
 mod shell;
 mod sim;
 mod store;

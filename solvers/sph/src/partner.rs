@@ -18,15 +18,24 @@ const THIN: f64 = 0.25;
 /// lower one takes goes to its sample; across a spacing that misses a moment of tangential forces only.
 const LAYERS: usize = 2;
 
+/// Sample to which the boundary particle with that number belongs.
+pub(crate) fn sample_of(number: u32) -> usize {
+    number as usize / LAYERS
+}
+
 /// Samples of a partner now.
 #[derive(Clone, Debug)]
 pub(crate) struct SampleSet {
-    solid: usize,
-    input: PartnerInput,
+    pub(crate) solid: usize,
+    pub(crate) input: PartnerInput,
     /// Positions \[m\], velocities \[m/s\] and volumes \[m³\].
-    x: Vec<Vec3>,
-    v: Vec<Vec3>,
+    pub(crate) x: Vec<Vec3>,
+    pub(crate) v: Vec<Vec3>,
+    /// Places at the start of the window \[m\].
+    pub(crate) start: Vec<Vec3>,
     volume: Vec<f64>,
+    /// Masses \[kg\].
+    pub(crate) mass: Vec<f64>,
     /// Outward normals, where samples of a solid show them.
     normal: Vec<Vec3>,
     /// Distance of layers \[m\], and how much more volume one layer alone must have.
@@ -64,30 +73,39 @@ pub(crate) struct Crossed {
     work: f64,
     /// On a rigid partner, about its centre at the start of the window.
     rigid: Wrench,
-    /// On each sample \[N s\].
-    samples: Vec<Vec3>,
+    /// On each sample \[N s\], and the part of it that is friction.
+    pub(crate) samples: Vec<Vec3>,
+    pub(crate) rubbed: Vec<Vec3>,
 }
 
 /// All partners over a window.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Partners {
     proxies: Vec<Proxy>,
-    sets: Vec<SampleSet>,
+    pub(crate) sets: Vec<SampleSet>,
     /// By face.
-    crossed: Vec<Crossed>,
+    pub(crate) crossed: Vec<Crossed>,
 }
 
-/// What never changes about a sampled partner: the number of its solid, the volumes that its samples stand for \[m³\], and
-/// whether it is thin, with liquid on both sides.
-pub(crate) type Volumes = Vec<(usize, Vec<f64>, bool)>;
+/// What never changes about a sampled partner.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Known {
+    /// Number of its solid.
+    solid: usize,
+    /// Volumes that its samples stand for \[m³\], and their masses \[kg\]: infinite where it does not tell.
+    volume: Vec<f64>,
+    mass: Vec<f64>,
+    /// Whether it is thin, with liquid on both sides.
+    thin: bool,
+}
 
 /// Reads what never changes about sampled partners.
-pub(crate) fn volumes(model: &Model, setups: &[PartnerSetup]) -> Result<Volumes, PluginError> {
+pub(crate) fn known(model: &Model, setups: &[PartnerSetup]) -> Result<Vec<Known>, PluginError> {
     let d = model.spacing;
-    let mut all: Volumes = Vec::new();
+    let mut all: Vec<Known> = Vec::new();
     for face in &model.faces {
         let Solid::Sampled(name) = &model.solids[face.solid] else { continue };
-        if all.iter().any(|(solid, ..)| *solid == face.solid) {
+        if all.iter().any(|k| k.solid == face.solid) {
             continue;
         }
         let refuse = |what: String| Err(PluginError::Unsupported(format!("the sph solver does not support: {what}")));
@@ -116,14 +134,16 @@ pub(crate) fn volumes(model: &Model, setups: &[PartnerSetup]) -> Result<Volumes,
         let thick: f64 =
             statics.volume_m3.iter().zip(&statics.area_m2).filter(|(_, a)| **a > 0.0).map(|(v, _)| v).sum();
         let thin = thick < THIN * d * statics.area_m2.iter().sum::<f64>();
-        all.push((face.solid, statics.area_m2.iter().zip(&statics.volume_m3).map(one).collect(), thin));
+        let volume = statics.area_m2.iter().zip(&statics.volume_m3).map(one).collect();
+        let heavy = |i: usize| statics.mass_kg.get(i).copied().filter(|m| *m > 0.0).unwrap_or(f64::INFINITY);
+        all.push(Known { solid: face.solid, volume, mass: (0..statics.len()).map(heavy).collect(), thin });
     }
     Ok(all)
 }
 
 impl Partners {
     /// What is heard of all partners at the start of a window.
-    pub(crate) fn hear(model: &Model, volumes: &Volumes, inputs: &Inputs) -> Result<Self, PluginError> {
+    pub(crate) fn hear(model: &Model, known: &[Known], inputs: &Inputs) -> Result<Self, PluginError> {
         let mut all = Self { crossed: vec![Crossed::default(); model.faces.len()], ..Self::default() };
         for (f, face) in model.faces.iter().enumerate() {
             let Some(interface) = face.interface else { continue };
@@ -143,14 +163,16 @@ impl Partners {
                     return Err(PluginError::Unsupported(format!("`{name}` is rigid, but shows samples")));
                 }
                 (_, _) => {
-                    let known = volumes.iter().find(|(solid, ..)| *solid == face.solid);
-                    let (volume, thin) = known.map(|(_, v, thin)| (v.clone(), *thin)).unwrap_or_default();
+                    let known = known.iter().find(|k| k.solid == face.solid).cloned().unwrap_or_default();
+                    let Known { volume, mass, thin, .. } = known;
                     let mut set = SampleSet {
                         solid: face.solid,
                         input: input.clone(),
                         x: Vec::new(),
                         v: Vec::new(),
+                        start: Vec::new(),
                         volume,
+                        mass,
                         normal: Vec::new(),
                         depth: model.spacing,
                         alone: model.kernel.single_layer(model.spacing),
@@ -164,6 +186,7 @@ impl Partners {
                         PartnerInput { now: next.clone(), next: None, ..input.clone() }.samples(name, count)?;
                     }
                     all.crossed[f].samples = vec![[0.0; 3]; count];
+                    all.crossed[f].rubbed = vec![[0.0; 3]; count];
                     (set.x, set.v) = (vec![[0.0; 3]; count], vec![[0.0; 3]; count]);
                     if all.samples(face.solid).is_none() {
                         all.sets.push(set);
@@ -172,6 +195,7 @@ impl Partners {
             }
         }
         all.place(0.0);
+        all.sets.iter_mut().for_each(|set| set.start.clone_from(&set.x));
         Ok(all)
     }
 
@@ -263,8 +287,10 @@ impl Partners {
                 crossed.rigid = crossed.rigid.plus(Wrench { linear: impulse, angular: about_start });
                 let (_, moment) = reaction(piece, proxy.frame.origin);
                 owed[p] = [add(owed[p][0], impulse), add(owed[p][1], moment)];
-            } else if let Some(sample) = crossed.samples.get_mut(piece.index as usize / LAYERS) {
+            } else if let Some(sample) = crossed.samples.get_mut(sample_of(piece.index)) {
                 *sample = add(*sample, scale(piece.impulse, -1.0));
+                let rubbed = &mut crossed.rubbed[sample_of(piece.index)];
+                *rubbed = add(*rubbed, scale(piece.rubbed, -1.0));
             }
         }
         for (proxy, [impulse, moment]) in self.proxies.iter_mut().zip(owed) {

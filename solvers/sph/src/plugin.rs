@@ -13,7 +13,7 @@ use cosplat_core::visual::{VisualForm, VisualState};
 
 use crate::model::Model;
 use crate::params::schema;
-use crate::partner::{Partners, Volumes, volumes};
+use crate::partner::{Known, Partners, known};
 use crate::probe::Points;
 use crate::read::read;
 use crate::report::{quality, states};
@@ -31,7 +31,7 @@ struct Run {
     model: Model,
     store: Store,
     scratch: Scratch,
-    volumes: Volumes,
+    known: Vec<Known>,
     points: Points,
     pool: Option<rayon::ThreadPool>,
 }
@@ -77,7 +77,7 @@ impl Plugin for Sph {
             probes: points.answers(&model, &store),
             ..Report::default()
         };
-        let run = Run { model, store, scratch: Scratch::default(), volumes: Vec::new(), points, pool };
+        let run = Run { model, store, scratch: Scratch::default(), known: Vec::new(), points, pool };
         let boundaries = run.boundaries().into_iter().zip(run.statics());
         let setup = Setup {
             boundaries: boundaries
@@ -94,7 +94,7 @@ impl Plugin for Sph {
 
     fn connect(&mut self, partners: &[PartnerSetup]) -> Result<(), PluginError> {
         let run = self.run.as_mut().ok_or_else(not_set_up)?;
-        run.volumes = volumes(&run.model, partners)?;
+        run.known = known(&run.model, partners)?;
         Ok(())
     }
 
@@ -104,13 +104,15 @@ impl Plugin for Sph {
             let what = format!("the sph solver does not support: impulses at interface {}", input.interface);
             return Err(PluginError::Unsupported(what));
         }
-        let partners = Partners::hear(&run.model, &run.volumes, inputs)?;
+        let partners = Partners::hear(&run.model, &run.known, inputs)?;
         let Run { model, store, scratch, pool, .. } = run;
         let (start, length, books) = (step.start_s, step.length_s, Books::default());
+        store.dissipated += partners.settle(model, &store.rubbed);
         let mut course = Course { model, store, scratch, partners, books, start, length };
         // A pulse belongs to the calling thread: only chunks of particles go to the pool.
         course.run(pulse, pool.as_ref())?;
         let (partners, books) = (course.partners, course.books);
+        store.rubbed = partners.rubbed(model, length);
         Ok(run.outputs(start + length, partners, books))
     }
 

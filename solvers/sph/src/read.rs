@@ -101,6 +101,7 @@ pub(crate) fn read(scene: &SolverScene, descriptor: &Descriptor) -> Result<Read,
         dissipated: 0.0,
         entered,
         listed: Listed::default(),
+        rubbed: Vec::new(),
     };
     Ok((model, store, left_out))
 }

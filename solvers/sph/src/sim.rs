@@ -220,7 +220,7 @@ impl Course<'_> {
     /// One substep from `time` \[s\] after the start; the largest speed after it \[m/s\].
     fn substep(&mut self, time: f64, dt: f64) -> f64 {
         let parallel = self.parallel();
-        let Self { model, store, scratch, partners, books, start, .. } = self;
+        let Self { model, store, scratch, partners, books, start, length } = self;
         let model = *model;
         let mut gravity = vec![[0.0; 3]; model.liquids.len()];
         for action in &model.gravity {
@@ -251,6 +251,7 @@ impl Course<'_> {
             std::mem::swap(next, &mut store.rho);
             pass.pack(store, &mut pack[..store.len()]);
             walls.extrapolate(&Liquids { model, pack, gravity: &gravity, parallel });
+            walls.ease(&Liquids { model, pack, gravity: &gravity, parallel }, partners, *length);
             pass.accelerate(store, pack, walls, acceleration, sums);
             walls.impulses(&Liquids { model, pack, gravity: &gravity, parallel }, acceleration, dt);
             partners.book(model, walls, dt);

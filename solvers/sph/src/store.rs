@@ -5,6 +5,7 @@ use cosplat_core::plugin::{StateError, StateReader, StateSink};
 
 use crate::force::largest;
 use crate::grid::Grid;
+use crate::rub::Rubbed;
 
 /// All that changes about the particles.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -27,6 +28,8 @@ pub(crate) struct Store {
     pub(crate) entered: Vec<u64>,
     /// Where everything was when lists were last made.
     pub(crate) listed: Listed,
+    /// Friction with samples in the last window.
+    pub(crate) rubbed: Vec<Rubbed>,
 }
 
 /// Where everything was when lists were last made: they can be made again from it, and outlive a step of the coupling and a
@@ -105,6 +108,8 @@ impl Store {
         sink.f64(self.acceleration);
         sink.f64(self.dissipated);
         sink.bytes(bytemuck::cast_slice(&self.entered));
+        sink.u64(self.rubbed.len() as u64);
+        sink.bytes(bytemuck::cast_slice(&self.rubbed));
         sink.vec3s(&self.listed.x);
         sink.u64(self.listed.part);
         sink.vec3s(&self.listed.partners);
@@ -134,23 +139,23 @@ impl Store {
         let (acceleration, dissipated) = (reader.f64()?, reader.f64()?);
         let bytes = reader.bytes(8 * self.entered.len())?;
         let entered = bytes.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
-        let x_listed = places(reader)?;
+        let (rubbed, x_listed) = (many(reader)?, many(reader)?);
         let part = reader.u64()?;
-        let listed = Listed { x: x_listed, part, partners: places(reader)?, skin: reader.f64()? };
+        let listed = Listed { x: x_listed, part, partners: many(reader)?, skin: reader.f64()? };
         let bytes = reader.bytes(8 * self.warm.len())?;
         let warm = bytes.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
         if !(listed.x.is_empty() || listed.x.len() == n) || listed.part > listed.x.len() as u64 {
             return Err(count(part, "places of lists"));
         }
-        Ok(Self { id, x, v, rho, warm, acceleration, dissipated, entered, listed })
+        Ok(Self { id, x, v, rho, warm, acceleration, dissipated, entered, listed, rubbed })
     }
 }
 
-/// A list of vectors as long as the state says.
-fn places(reader: &mut StateReader<'_>) -> Result<Vec<Vec3>, StateError> {
+/// A list as long as the state says.
+fn many<T: bytemuck::AnyBitPattern>(reader: &mut StateReader<'_>) -> Result<Vec<T>, StateError> {
     let length = usize::try_from(reader.u64()?).unwrap_or(usize::MAX);
-    let bytes = reader.bytes(length.saturating_mul(size_of::<Vec3>()))?;
-    Ok(bytes.chunks_exact(size_of::<Vec3>()).map(bytemuck::pod_read_unaligned).collect())
+    let bytes = reader.bytes(length.saturating_mul(size_of::<T>()))?;
+    Ok(bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect())
 }
 
 fn take<T: Copy>(all: &mut Vec<T>, order: &[u32]) {

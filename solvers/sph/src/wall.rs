@@ -14,7 +14,7 @@ use wide::f64x4;
 use crate::force::drag;
 use crate::grid::Grid;
 use crate::lanes::{Four, LANES, Pack, gather};
-use crate::model::{Model, Solid};
+use crate::model::{Face, Model, Solid};
 use crate::near::{CHUNK, Lists, for_chunks};
 use crate::overlap::once;
 use crate::partner::Partners;
@@ -43,8 +43,9 @@ pub(crate) struct Piece {
     pub(crate) depth: f64,
     /// Outward normal of a static solid that slips and into which a partner reaches; else nothing.
     normal: Vec3,
-    /// Impulse on the liquid \[N s\], its size \[N s\] and work \[J\] in the last substep.
+    /// Impulse on the liquid \[N s\], the part of it that is friction \[N s\] and its work \[J\] in the last substep.
     pub(crate) impulse: Vec3,
+    pub(crate) rubbed: Vec3,
     pub(crate) work: f64,
 }
 
@@ -65,15 +66,16 @@ pub(crate) struct Walls {
     /// The particles.
     pub(crate) pieces: Vec<Piece>,
     /// The same with the pressure and the velocity that viscosity sees, and with their own velocity; then nobody.
-    seen: Vec<Pack>,
+    pub(crate) seen: Vec<Pack>,
     moving: Vec<Pack>,
     /// The latter, but with the liquid's velocity along static walls that slip.
     sliding: Vec<Pack>,
     /// Viscosity at each \[Pa s\], 0 where the liquid slips along a partner; and whether it belongs to a partner, as 1.
-    rubs: Vec<[f64; 2]>,
-    grip: Vec<f64>,
+    pub(crate) rubs: Vec<[f64; 2]>,
+    /// Implicit viscosity at each \[Pa s\], and how much more a mirrored velocity makes of the own one's share.
+    pub(crate) grip: Vec<[f64; 2]>,
     /// Liquid particles near each.
-    lists: Lists,
+    pub(crate) lists: Lists,
     /// Boundary particles near each liquid particle: ends and numbers.
     first: Vec<u32>,
     near: Vec<u32>,
@@ -115,7 +117,8 @@ impl Walls {
                 }
                 let (zero, face) = ([0.0; 3], f as u32);
                 let index = index as u32;
-                let made = Piece { face, index, x, v: zero, volume, depth, normal: zero, impulse: zero, work: 0.0 };
+                let (normal, impulse, rubbed) = (zero, zero, zero);
+                let made = Piece { face, index, x, v: zero, volume, depth, normal, impulse, rubbed, work: 0.0 };
                 all.push(made);
             };
             match &model.solids[face.solid] {
@@ -170,16 +173,10 @@ impl Walls {
         (self.first, self.near) = self.lists.transposed(kept.len(), store.len());
         let rubs = self.pieces.iter().map(|piece| {
             let face = &model.faces[piece.face as usize];
-            let share = match (face.slips, face.interface) {
-                (true, Some(_)) => 0.0,
-                (true, None) => SLIDING,
-                (false, _) => 1.0,
-            };
-            let partner = f64::from(u8::from(face.interface.is_some()));
-            [share * model.liquids[face.body].viscosity, partner]
+            [friction(model, face), f64::from(u8::from(face.interface.is_some()))]
         });
         self.rubs = rubs.chain([[0.0; 2]]).collect();
-        self.grip = vec![0.0; kept.len() + 1];
+        self.grip = vec![[0.0; 2]; kept.len() + 1];
         self.seen = vec![Pack::default(); kept.len() + 1];
         self.moving = self.seen.clone();
         self.sliding = self.seen.clone();
@@ -249,7 +246,7 @@ impl Walls {
         let (model, kernel) = (liquids.model, liquids.model.kernel);
         let Self { pieces, lists, seen, grip, .. } = self;
         let count = pieces.len();
-        let mut grips: Vec<&mut [f64]> = grip[..count].chunks_mut(CHUNK).collect();
+        let mut grips: Vec<&mut [[f64; 2]]> = grip[..count].chunks_mut(CHUNK).collect();
         for_chunks(liquids.parallel, &mut seen[..count], &mut grips, &|c, seen, grip| {
             for (k, seen) in seen.iter_mut().enumerate() {
                 let piece = &pieces[c * CHUNK + k];
@@ -280,7 +277,8 @@ impl Walls {
                 } else {
                     sub(scale(piece.v, 1.0 + times), scale(mean, times))
                 };
-                grip[k] = if face.slips { 0.0 } else { (1.0 + times) * model.liquids[face.body].thickness };
+                let more = if face.slips { 0.0 } else { 1.0 + times };
+                grip[k] = [more * model.liquids[face.body].thickness, more];
                 *seen = Pack { v, pressure: (pressure.reduce_add() * one).max(0.0), ..own };
             }
         });
@@ -317,7 +315,7 @@ impl Walls {
     /// Implicit viscosities at four, times how much more a particle's own velocity, mirrored at the surface, makes of it.
     #[inline]
     pub(crate) fn grips(&self, b: &[u32]) -> f64x4 {
-        f64x4::new([0, 1, 2, 3].map(|k| self.grip[b[k] as usize]))
+        f64x4::new([0, 1, 2, 3].map(|k| self.grip[b[k] as usize][0]))
     }
 
     /// Boundary particles press no longer, but rub.
@@ -357,6 +355,7 @@ impl Walls {
                     continue;
                 }
                 let (mut sum, mut work) = ([f64x4::ZERO; 3], f64x4::ZERO);
+                let mut rubbed = [f64x4::ZERO; 3];
                 for i in lists.chunks()[c].row(k).chunks_exact(LANES) {
                     let others = Four::new(own, liquids.pack, i);
                     let slope = kernel.slopes(others.r) * (others.volume * f64x4::splat(own.volume));
@@ -371,13 +370,25 @@ impl Walls {
                         let gained = f64x4::new([add_half(k, 0), add_half(k, 1), add_half(k, 2), add_half(k, 3)]);
                         work += force[k] * (f64x4::splat(own.v[k]) - others.relative[k] + gained);
                         sum[k] += force[k];
+                        rubbed[k] -= others.apart[k] * slope * shear;
                     }
                 }
                 piece.impulse = scale(gather(sum), dt);
+                piece.rubbed = scale(gather(rubbed), dt);
                 piece.work = work.reduce_add() * dt;
             }
         });
     }
+}
+
+/// Viscosity with which the boundary particles of a face rub, where nothing eases it \[Pa s\].
+pub(crate) fn friction(model: &Model, face: &Face) -> f64 {
+    let share = match (face.slips, face.interface) {
+        (true, Some(_)) => 0.0,
+        (true, None) => SLIDING,
+        (false, _) => 1.0,
+    };
+    share * model.liquids[face.body].viscosity
 }
 
 /// Impulse on a solid and its moment about `centre`, of one boundary particle.

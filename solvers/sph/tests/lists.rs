@@ -77,7 +77,7 @@ fn without_lists(bytes: &[u8]) -> Vec<u8> {
     let n = columns(bytes).0.len();
     // Identities, places, velocities with their lengths before them, densities, two numbers.
     let lists = 8 + 4 * n + 2 * (8 + 24 * n) + 8 * n + 16;
-    // Two lengths, how many are listed, and the skin.
-    let none = [0_u8; 4 * 8];
+    // Frictions with samples, of which there are none, two lengths, how many are listed, and the skin.
+    let none = [0_u8; 5 * 8];
     [&bytes[..lists], &none].concat()
 }
