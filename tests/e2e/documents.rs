@@ -110,7 +110,7 @@ fn needs(line: &str) -> Option<&'static str> {
     }
     if line.contains("--resume") {
         // Long enough for the disk to store one before the end.
-        return Some("cosplat run my-scene.toml --quiet --checkpoint-every 0.5 --set clock.duration=5");
+        return Some("cosplat run my-scene.toml --quiet --checkpoint-every 0.5 --set clock.duration=40");
     }
     if line.contains("out/NAME/splats") {
         return Some("mkdir -p out/NAME/splats; for n in 10 11; do cp plant.ply out/NAME/splats/frame_00$n.ply; done");

@@ -74,7 +74,7 @@ pub fn part_actions(scene: &SolverScene, masses: &[f64], refuse: &mut dyn FnMut(
             }
             ActionKind::PointForce { .. } => refuse("point forces beside the centre of mass (`at_m`)"),
             ActionKind::Impulse { .. } => refuse("impulses beside the centre of mass (`at_m`)"),
-            ActionKind::Reverse => refuse("reversals"),
+            ActionKind::Reverse => refuse("reversed velocities"),
             ActionKind::Inflow { .. } | ActionKind::Drain { .. } => refuse("inflows and drains"),
         }
     }
