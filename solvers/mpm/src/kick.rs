@@ -124,7 +124,7 @@ impl Kicks {
 }
 
 /// Block of each quad.
-fn blocks<R: Real>(store: &Store<R>) -> Vec<u32> {
+pub(crate) fn blocks<R: Real>(store: &Store<R>) -> Vec<u32> {
     let each = store.blocks.iter().enumerate();
     each.flat_map(|(i, b)| std::iter::repeat_n(i as u32, b.quads as usize)).collect()
 }

@@ -7,12 +7,11 @@ use cosplat_core::control::PROTOCOL;
 use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{
     BoundaryOutput, Descriptor, Inputs, InterfaceReport, InterfaceRole, Outputs, PartnerSetup, Plugin, PluginError,
-    Pulse, Report, Saves, Setup, SetupBoundary, SolverScene, StateReader, StateSink, Step,
+    Pulse, Questions, Report, Saves, Setup, SetupBoundary, SolverScene, StateReader, StateSink, Step,
 };
 use cosplat_core::scene::ProbeQuantity;
 use cosplat_core::visual::{VisualForm, VisualState};
 
-use crate::gauge::Gauges;
 use crate::hear::Residuals;
 use crate::model::Model;
 use crate::nodes::Nodes;
@@ -39,7 +38,7 @@ pub struct Mpm<R: Real> {
 pub(crate) struct Run<R: Real> {
     pub(crate) model: Model<R>,
     pub(crate) sim: Sim<R>,
-    gauges: Gauges,
+    questions: Questions,
     /// Positions at t = 0, by identity \[m\].
     start: Vec<[f64; 3]>,
     dissipated: f64,
@@ -91,8 +90,8 @@ impl<R: Real> Plugin for Mpm<R> {
         let start = model.seeds.iter().map(|s| s.position).collect();
         let foreseen = vec![None; model.setting.partners.len()];
         let felt = vec![Felt::default(); model.setting.clouds.len()];
-        let gauges = Gauges::of(&scene.probes, &model.names);
-        let run = Run { model, sim, gauges, start, dissipated: 0.0, foreseen, felt, pool };
+        let questions = Questions::of(scene);
+        let run = Run { model, sim, questions, start, dissipated: 0.0, foreseen, felt, pool };
         let setup = run.setup();
         self.run = Some(run);
         Ok(setup)
@@ -193,7 +192,7 @@ impl<R: Real> Run<R> {
             bodies,
             energy,
             interfaces: interfaces.collect(),
-            probes: self.gauges.answers(&self.sim),
+            probes: self.questions.answers(|body, question| self.sim.answer(body, question)),
             ..Report::default()
         };
         Setup {
@@ -262,7 +261,7 @@ impl<R: Real> Run<R> {
             energy,
             interfaces,
             counters: counters.iter().map(|&(name, n)| (name.to_owned(), n)).collect::<BTreeMap<_, _>>(),
-            probes: self.gauges.answers(&self.sim),
+            probes: self.questions.answers(|body, question| self.sim.answer(body, question)),
         };
         Outputs { boundaries: boundaries.collect(), impulses, report }
     }

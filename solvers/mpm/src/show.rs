@@ -49,7 +49,7 @@ impl<R: Real> Sim<R> {
     }
 
     /// Block of each quad.
-    pub(crate) fn homes(&self) -> Vec<&Block> {
+    fn homes(&self) -> Vec<&Block> {
         self.store.blocks.iter().flat_map(|b| std::iter::repeat_n(b, b.quads as usize)).collect()
     }
 

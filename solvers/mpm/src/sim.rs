@@ -239,12 +239,16 @@ impl<R: Real> Sim<R> {
         limits.substep(&self.store, laws, *dx, longest, self.parallel())
     }
 
+    /// A substep of no length: where everything is on the grid now.
+    pub(crate) fn still(&self) -> Substep<'_> {
+        let empty = EMPTY * self.setting.lightest;
+        Substep { topology: &self.topology, dx: self.setting.dx, dt: 0.0, empty, parallel: self.parallel() }
+    }
+
     /// Averages of the volume ratios of now.
     pub(crate) fn averages(&self) -> FBar<R> {
-        let (topology, dx) = (&self.topology, self.setting.dx);
-        let step = Substep { topology, dx, dt: 0.0, empty: EMPTY * self.setting.lightest, parallel: self.parallel() };
         let mut averages = FBar::default();
-        averages.average(&step, &self.store, &self.setting.laws);
+        averages.average(&self.still(), &self.store, &self.setting.laws);
         averages
     }
 

@@ -1,8 +1,6 @@
 //! Energy books: what a material has and what it lost together never grow without work.
 
-use crate::common::{
-    Run, TO_MINUS_X, TO_MINUS_Y, TO_X, TO_Y, UPRIGHT, body, cuboid, elastic, gravity, moving, plane, scene,
-};
+use crate::common::{Run, UPRIGHT, body, cuboid, elastic, gravity, moving, plane, scene, tank};
 use cosplat_core::plugin::SolverScene;
 use cosplat_core::scene::{Body, Material, SNOW, Source, Wall};
 
@@ -97,13 +95,7 @@ fn a_liquid_gains_nothing() {
     let material = Material::MpmLiquid { density_kg_m3: 1000.0, bulk_modulus_pa: 4e4, viscosity_pa_s: 0.0 };
     let water = body("water", material, cuboid([0.2, 0.05, 0.2]), [0.1, 0.025, 0.1], 0.0125);
     let mut start = scene(vec![water], 0.01);
-    start.statics = vec![
-        plane("floor", [0.0; 3], UPRIGHT, Wall::Slip),
-        plane("left", [0.0; 3], TO_X, Wall::Slip),
-        plane("right", [0.5, 0.0, 0.0], TO_MINUS_X, Wall::Slip),
-        plane("front", [0.0; 3], TO_Y, Wall::Slip),
-        plane("back", [0.0, 0.05, 0.0], TO_MINUS_Y, Wall::Slip),
-    ];
+    start.statics = tank([0.5, 0.05], Wall::Slip);
     start.actions = vec![gravity(-9.81)];
     let [rise, lost] = rises("water", start, 200);
     assert!(rise <= MOST, "{rise}");

@@ -1,6 +1,6 @@
 //! Liquid against closed forms: at rest under gravity, between plates, and falling apart.
 
-use crate::common::{Run, TO_MINUS_X, TO_MINUS_Y, TO_X, TO_Y, UPRIGHT, body, cuboid, gravity, plane, scene, set};
+use crate::common::{Run, TO_MINUS_Y, TO_Y, UPRIGHT, body, cuboid, gravity, plane, scene, set, tank};
 use cosplat_core::plugin::SolverScene;
 use cosplat_core::scene::{Action, ActionKind, Material, Wall};
 
@@ -14,13 +14,7 @@ fn column(cells: usize, bulk: f64) -> SolverScene {
     let (wide, spacing) = (3.0 * dx, 0.5 * dx);
     let water = body("water", liquid(bulk, 20.0), cuboid([wide, wide, 1.0]), [0.5 * wide, 0.5 * wide, 0.5], spacing);
     let mut scene = scene(vec![water], 0.01);
-    scene.statics = vec![
-        plane("floor", [0.0; 3], UPRIGHT, Wall::Slip),
-        plane("left", [0.0; 3], TO_X, Wall::Slip),
-        plane("right", [wide, 0.0, 0.0], TO_MINUS_X, Wall::Slip),
-        plane("front", [0.0; 3], TO_Y, Wall::Slip),
-        plane("back", [0.0, wide, 0.0], TO_MINUS_Y, Wall::Slip),
-    ];
+    scene.statics = tank([wide, wide], Wall::Slip);
     scene
 }
 
@@ -138,13 +132,7 @@ fn a_thousandfold_viscosity_shortens_the_substep_and_stays_bounded() {
 fn a_dam_breaks_without_gaining_energy_and_leaves_no_hole() {
     let water = body("water", liquid(4e4, 0.0), cuboid([0.2, 0.05, 0.2]), [0.1, 0.025, 0.1], 0.0125);
     let mut start = scene(vec![water], 0.01);
-    start.statics = vec![
-        plane("floor", [0.0; 3], UPRIGHT, Wall::Slip),
-        plane("left", [0.0; 3], TO_X, Wall::Slip),
-        plane("right", [0.5, 0.0, 0.0], TO_MINUS_X, Wall::Slip),
-        plane("front", [0.0; 3], TO_Y, Wall::Slip),
-        plane("back", [0.0, 0.05, 0.0], TO_MINUS_Y, Wall::Slip),
-    ];
+    start.statics = tank([0.5, 0.05], Wall::Slip);
     start.actions = vec![gravity(-9.81)];
     let mut run = Run::<f32>::new(start);
     let energy = |e: &cosplat_core::plugin::Energy| e.kinetic_j + e.potential_j;

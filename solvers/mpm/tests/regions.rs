@@ -1,6 +1,6 @@
 //! Bodies of more than one material against closed forms.
 
-use crate::common::{Run, TO_MINUS_X, TO_MINUS_Y, TO_X, TO_Y, UPRIGHT, body, cuboid, elastic, moving, plane, scene};
+use crate::common::{Run, UPRIGHT, body, cuboid, elastic, moving, plane, scene, tank};
 use cosplat_core::plugin::{Plugin, PluginError, SolverScene};
 use cosplat_core::scene::{Material, Pose, Region, Source, VelocityField, Wall};
 use cosplat_mpm::{Mpm, Real};
@@ -15,13 +15,7 @@ fn bar(lower: Material, upper: Material, cells: usize) -> SolverScene {
     let mut bar = body("bar", lower, cuboid([dx, dx, 1.0]), [0.5 * dx, 0.5 * dx, 0.5], dx / 2.0);
     bar.regions = vec![region(upper, cuboid([2.0 * dx, 2.0 * dx, 0.5]), [0.0, 0.0, 0.25])];
     let mut scene = scene(vec![bar], 0.5e-3);
-    scene.statics = vec![
-        plane("foot", [0.0; 3], UPRIGHT, Wall::NoSlip),
-        plane("left", [0.0; 3], TO_X, Wall::Slip),
-        plane("right", [dx, 0.0, 0.0], TO_MINUS_X, Wall::Slip),
-        plane("front", [0.0; 3], TO_Y, Wall::Slip),
-        plane("back", [0.0, dx, 0.0], TO_MINUS_Y, Wall::Slip),
-    ];
+    scene.statics = tank([dx, dx], Wall::NoSlip);
     scene
 }
 

@@ -1,7 +1,7 @@
 //! Sand: columns that collapse, heaps that stand, energy.
 
 use crate::common::rock::{Rock, with_rock};
-use crate::common::{Run, TO_MINUS_X, TO_MINUS_Y, TO_X, TO_Y, UPRIGHT, body, cuboid, gravity, plane, scene, set};
+use crate::common::{Run, TO_MINUS_Y, TO_X, TO_Y, UPRIGHT, body, cuboid, gravity, plane, scene, set, tank};
 use cosplat_core::scene::{Material, Source, Wall};
 
 fn sand(friction_angle_deg: f64, cohesion_pa: f64) -> Material {
@@ -85,13 +85,7 @@ fn sand_thrown_up_comes_down_with_its_volume() {
         about_m: [0.1, 0.5 * dx, 0.05],
     };
     let mut start = scene(vec![block], 0.01);
-    start.statics = vec![
-        plane("floor", [0.0; 3], UPRIGHT, Wall::Slip),
-        plane("left", [0.0; 3], TO_X, Wall::Slip),
-        plane("right", [0.2, 0.0, 0.0], TO_MINUS_X, Wall::Slip),
-        plane("front", [0.0; 3], TO_Y, Wall::Slip),
-        plane("back", [0.0, dx, 0.0], TO_MINUS_Y, Wall::Slip),
-    ];
+    start.statics = tank([0.2, dx], Wall::Slip);
     start.actions = vec![gravity(-9.81)];
     let mut run = Run::<f32>::new(start);
     let total = |e: &cosplat_core::plugin::Energy| e.kinetic_j + e.potential_j;
@@ -115,13 +109,7 @@ fn pressed(shape: &Source, mass: f64, half_height: f64) -> (Vec<[f64; 3]>, f64) 
     let wide = 3.0 * dx;
     let bed = body("sand", sand(30.0, 0.0), cuboid([0.2, wide, 0.1]), [0.1, 0.5 * wide, 0.05], 0.5 * dx);
     let mut start = scene(vec![bed], window);
-    start.statics = vec![
-        plane("floor", [0.0; 3], UPRIGHT, Wall::Slip),
-        plane("left", [0.0; 3], TO_X, Wall::Slip),
-        plane("right", [0.2, 0.0, 0.0], TO_MINUS_X, Wall::Slip),
-        plane("front", [0.0; 3], TO_Y, Wall::Slip),
-        plane("back", [0.0, wide, 0.0], TO_MINUS_Y, Wall::Slip),
-    ];
+    start.statics = tank([0.2, wide], Wall::Slip);
     start.actions = vec![gravity(-9.81)];
     with_rock(&mut start, "sand", shape, 0.5);
     let mut rock = Rock::new(mass, 1e6, [0.1, 0.5 * wide, 0.101 + half_height], [0.0, 0.0, -1.0], [0.0, 0.0, -9.81]);

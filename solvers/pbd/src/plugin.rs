@@ -4,7 +4,8 @@ use cosplat_core::boundary::{BoundaryState, Impulses, Vec3, norm, sub};
 use cosplat_core::plan::BoundaryForm;
 use cosplat_core::plugin::{
     BoundaryOutput, Descriptor, Energy, Inputs, InterfaceReport, InterfaceRole, Outputs, PartInfluence, PartnerSetup,
-    Plugin, PluginError, Pulse, Refusals, Report, Setup, SetupBoundary, SolverScene, StateReader, StateSink, Step,
+    Plugin, PluginError, Pulse, Questions, Refusals, Report, Setup, SetupBoundary, SolverScene, StateReader, StateSink,
+    Step,
 };
 use cosplat_core::scene::ProbeQuantity;
 use cosplat_core::visual::{VisualForm, VisualState};
@@ -14,7 +15,6 @@ use crate::course::{Books, Course, Kick};
 use crate::model::{Model, Part};
 use crate::near::Near;
 use crate::params::schema;
-use crate::probe::Questions;
 use crate::proxy::Proxy;
 use crate::read::read;
 use crate::samples::Marks;
@@ -69,7 +69,7 @@ impl Plugin for Pbd {
         let foreseen = vec![None; model.sim.setting.partners.len()];
         let shown = vec![Shown::default(); model.faces.len()];
         let (mechanical, near) = (model.mechanical(pool.as_ref()), Near::default());
-        let questions = Questions::of(&scene.probes, &scene.bodies);
+        let questions = Questions::of(scene);
         let run = Run { model, questions, shown, dissipated: 0.0, mechanical, foreseen, pool, near };
         let setup = run.setup();
         self.run = Some(run);
@@ -120,7 +120,7 @@ impl Plugin for Pbd {
         run.dissipated += before + given - run.mechanical.iter().sum::<f64>();
         let energy = run.model.energy(course.start + course.length, run.mechanical, run.dissipated);
         let mut outputs = outputs(&run.model, &course, &residuals, energy);
-        outputs.report.probes = run.questions.answers(&run.model);
+        outputs.report.probes = run.questions.answers(|body, question| run.model.answer(body, question));
         let faces = run.model.faces.iter().zip(&mut run.shown).filter(|(f, _)| matches!(f.part, Part::Samples(_)));
         for ((_, shown), (list, sides)) in faces.zip(known) {
             (shown.list, shown.sides) = (list, sides);
@@ -265,7 +265,7 @@ impl Run {
             bodies: model.cloths.iter().map(|c| model.state(c)).collect(),
             energy: model.energy(0.0, self.mechanical, 0.0),
             interfaces: rows.collect(),
-            probes: self.questions.answers(model),
+            probes: self.questions.answers(|body, question| model.answer(body, question)),
             ..Report::default()
         };
         Setup {

@@ -67,7 +67,7 @@ impl Plugin for Sph {
             bound.push_str(reason);
         }
         let (bodies, energy) = states(&model, &store, 0.0);
-        let points = Points::of(&scene.probes, &scene.bodies);
+        let points = Points::of(scene);
         let interfaces = model.interfaces.iter().map(|&i| InterfaceReport { interface: i, ..Default::default() });
         let report = Report {
             substep_bound_by: bound.clone(),

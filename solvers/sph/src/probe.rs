@@ -3,31 +3,27 @@
 use std::collections::BTreeMap;
 
 use cosplat_core::boundary::{Vec3, dot, norm, sub};
-use cosplat_core::scene::{Body, Probe, ProbeQuantity};
+use cosplat_core::plugin::{Question, Questions, SolverScene};
+use cosplat_core::scene::ProbeQuantity;
 
 use crate::force::pressure;
 use crate::model::Model;
 use crate::params::Pressure;
 use crate::store::Store;
 
-/// Points at which pressure is asked for, and directions in which reach is, with the names of their probes.
+/// Points at which pressure is asked for, with the names of their probes, and how far liquids reach.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Points {
     pressures: Vec<(String, Vec3)>,
-    /// Place of the body, and a unit vector.
-    reaches: Vec<(String, u32, Vec3)>,
+    questions: Questions,
 }
 
 impl Points {
     /// Those of a scene.
-    pub(crate) fn of(probes: &[Probe], bodies: &[Body]) -> Self {
-        let asked = |quantity| probes.iter().filter(move |p| p.quantity == quantity);
-        let place = |p: &Probe| bodies.iter().position(|b| Some(&b.name) == p.body.as_ref());
-        let reach = |p: &Probe| Some((p.name.clone(), place(p)? as u32, p.along?));
-        Self {
-            pressures: asked(ProbeQuantity::Pressure).filter_map(|p| Some((p.name.clone(), p.at_m?))).collect(),
-            reaches: asked(ProbeQuantity::Reach).filter_map(reach).collect(),
-        }
+    pub(crate) fn of(scene: &SolverScene) -> Self {
+        let pressures = scene.probes.iter().filter(|p| p.quantity == ProbeQuantity::Pressure);
+        let pressures = pressures.filter_map(|p| Some((p.name.clone(), p.at_m?)));
+        Self { pressures: pressures.collect(), questions: Questions::of(scene) }
     }
 
     /// Pressures \[Pa\]: means over what lies within the reach of the kernel, weighted by it and by volume (Shepard 1968).
@@ -35,12 +31,13 @@ impl Points {
     /// liquid is. A point without liquid has no answer. A liquid reaches as far as the farthest of its particles \[m\].
     pub(crate) fn answers(&self, model: &Model, store: &Store) -> BTreeMap<String, f64> {
         let answer = |(name, at): &(String, Vec3)| Some((name.clone(), mean(model, store, *at)?));
-        let far = |(name, body, along): &(String, u32, Vec3)| {
+        let far = |body: usize, question: Question| {
+            let Question::Reach(along) = question else { return None };
             let own = store.x.iter().enumerate().filter(|&(i, _)| store.rho[i] > 0.0);
-            let own = own.filter(|&(i, _)| model.body[store.id[i] as usize] == *body);
-            own.map(|(_, x)| dot(*x, *along)).reduce(f64::max).map(|most| (name.clone(), most))
+            let own = own.filter(|&(i, _)| model.body[store.id[i] as usize] as usize == body);
+            own.map(|(_, x)| dot(*x, along)).reduce(f64::max)
         };
-        self.pressures.iter().filter_map(answer).chain(self.reaches.iter().filter_map(far)).collect()
+        self.pressures.iter().filter_map(answer).chain(self.questions.answers(far)).collect()
     }
 }
 

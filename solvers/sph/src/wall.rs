@@ -68,7 +68,7 @@ pub(crate) struct Walls {
     /// The same with the pressure and the velocity that viscosity sees, and with their own velocity; then nobody.
     pub(crate) seen: Vec<Pack>,
     moving: Vec<Pack>,
-    /// The latter, but with the liquid's velocity along static walls that slip.
+    /// The latter, but with the liquid's velocity along static walls that slip; empty where no partner reaches into one.
     sliding: Vec<Pack>,
     /// Viscosity at each \[Pa s\], 0 where the liquid slips along a partner; and whether it belongs to a partner, as 1.
     pub(crate) rubs: Vec<[f64; 2]>,
@@ -179,7 +179,8 @@ impl Walls {
         self.grip = vec![[0.0; 2]; kept.len() + 1];
         self.seen = vec![Pack::default(); kept.len() + 1];
         self.moving = self.seen.clone();
-        self.sliding = self.seen.clone();
+        let slides = self.pieces.iter().any(|piece| dot(piece.normal, piece.normal) > 0.0);
+        self.sliding = if slides { self.seen.clone() } else { Vec::new() };
     }
 
     /// Puts each where its solid is, with its velocity.
@@ -217,6 +218,9 @@ impl Walls {
     /// Beyond such a wall is a mirror image of the liquid. Along a wall that goes on, its velocity does not count: what comes
     /// nearer on one side goes away on the other. Where a wall ends at something that moves, as at a piston, it does.
     pub(crate) fn slide(&mut self, liquids: &Liquids<'_>) {
+        if self.sliding.is_empty() {
+            return;
+        }
         let kernel = liquids.model.kernel;
         let Self { pieces, lists, moving, sliding, .. } = self;
         let count = pieces.len();
@@ -330,7 +334,7 @@ impl Walls {
 
     /// The same, with the liquid's velocity along static walls that slip.
     pub(crate) fn sliding(&self) -> &[Pack] {
-        &self.sliding
+        if self.sliding.is_empty() { &self.moving } else { &self.sliding }
     }
 
     /// Liquid particles near each boundary particle.

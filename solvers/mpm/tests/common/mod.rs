@@ -56,6 +56,17 @@ pub(crate) fn plane(name: &str, at: [f64; 3], turn: [f64; 4], wall: Wall) -> Sta
     }
 }
 
+/// A floor, and walls that slip, around a room from the origin that is so wide along x and y \[m\].
+pub(crate) fn tank([wide, deep]: [f64; 2], floor: Wall) -> Vec<StaticCollider> {
+    vec![
+        plane("floor", [0.0; 3], UPRIGHT, floor),
+        plane("left", [0.0; 3], TO_X, Wall::Slip),
+        plane("right", [wide, 0.0, 0.0], TO_MINUS_X, Wall::Slip),
+        plane("front", [0.0; 3], TO_Y, Wall::Slip),
+        plane("back", [0.0, deep, 0.0], TO_MINUS_Y, Wall::Slip),
+    ]
+}
+
 /// Turns +z into ±x and ±y.
 pub(crate) const TO_X: [f64; 4] = [0.0, std::f64::consts::FRAC_1_SQRT_2, 0.0, std::f64::consts::FRAC_1_SQRT_2];
 pub(crate) const TO_MINUS_X: [f64; 4] = [0.0, -std::f64::consts::FRAC_1_SQRT_2, 0.0, std::f64::consts::FRAC_1_SQRT_2];
