@@ -138,7 +138,7 @@ fn cloth_that_is_attached_to_a_soft_body_tows_it_and_their_momentum_stays() {
     // It hangs on: a pull of the sheet gives the block, of 0.3 kg, most of what they share.
     let [_, block] = all("z");
     assert!(block.last().is_some_and(|p| *p > 0.3 * 0.02), "{:?}", block.last());
-    let widest = run.summary["counters"]["pbd"]["largest-gap of a bond [µm]"].as_u64().unwrap_or(0);
+    let widest = run.summary["counters"]["pbd"]["largest-gap-of-a-bond-1e-6-m"].as_u64().unwrap_or(0);
     println!("widest gap {widest} µm");
     assert!(widest < 200, "a hundredth of the block's spacing: {widest} µm");
     // Nothing supplies energy; 2 kg/m² of 0.01 m² at √1.25 m/s.

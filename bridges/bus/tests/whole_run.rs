@@ -81,6 +81,7 @@ fn scene(plan: &Plan, own: usize) -> SolverScene {
             partner: format!("{}-body", names[1 - own]),
             partner_form: FORM,
             partner_source: None,
+            partner_pose: None,
             rule: MotionRule::Linear,
             pair: None,
             links: Vec::new(),

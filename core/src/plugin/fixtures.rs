@@ -38,6 +38,7 @@ pub(super) fn scene() -> SolverScene {
         partner: partner.into(),
         partner_form: BoundaryForm::SamplesF64 { normals: false },
         partner_source: None,
+        partner_pose: None,
         rule: MotionRule::Hold,
         pair: None,
         links: Vec::new(),

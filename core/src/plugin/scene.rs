@@ -10,7 +10,7 @@ use super::exchange::Report;
 use crate::asset::Asset;
 use crate::boundary::{BoundaryState, SampleStatics};
 use crate::plan::{BoundaryForm, InterfaceId, LeftOut};
-use crate::scene::{Action, Body, Joint, Link, MotionRule, PairSpec, Probe, Source, Space, StaticCollider};
+use crate::scene::{Action, Body, Joint, Link, MotionRule, PairSpec, Pose, Probe, Source, Space, StaticCollider};
 use crate::time::{Clock, Span};
 
 /// A participant's part of the scene. Links and joints here have both ends in this solver or the world.
@@ -103,6 +103,8 @@ pub struct InterfaceView {
     pub partner_form: BoundaryForm,
     /// Shape of a rigid partner; its record gives the place and orientation of this shape's centre of mass.
     pub partner_source: Option<Source>,
+    /// Pose of a rigid partner's own frame at t = 0.
+    pub partner_pose: Option<Pose>,
     /// How the partner moves inside a step.
     pub rule: MotionRule,
     /// Contact parameters, for contacts.

@@ -41,7 +41,7 @@ pub(super) fn estimates(process: &Process, counters: &BTreeMap<String, u64>) -> 
         overlap(of, 1e-6 * counted("largest-overlap-1e-6-m")),
         aside(of, 1e-9 * counted("largest-correction-1e-9-m")),
         gap(of, 1e-9 * counted("largest-gap-of-a-joint-1e-9-m")),
-        gap(of, 1e-6 * counted("largest-gap of a bond [µm]")),
+        gap(of, 1e-6 * counted("largest-gap-of-a-bond-1e-6-m")),
         divergence(of, 1e-6 * counted("largest-divergence-1e-6")),
         crowding(of, 1e-6 * counted("largest-mean-crowding-1e-6")),
     ];

@@ -142,6 +142,7 @@ fn with_rock(mut scene: SolverScene) -> (SolverScene, Inputs) {
         partner: "rock".into(),
         partner_form: BoundaryForm::Proxy,
         partner_source: Some(Source::Mesh { file: "rock.obj".into(), metres_per_unit: 1.0, up: "+z".into() }),
+        partner_pose: None,
         rule: MotionRule::Linear,
         pair: Some(PairSpec {
             a: "block".into(),

@@ -218,7 +218,7 @@ fn outputs(model: &Model, course: &Course, residuals: &[f64], energy: Energy) ->
     let widest = Bond::widest(&course.bonds, &model.sim.vertices, (&course.proxies, &course.swarms));
     let counters = [
         // A conversion stops at the largest number.
-        ("largest-gap of a bond [µm]", (widest * 1e6) as u64),
+        ("largest-gap-of-a-bond-1e-6-m", (widest * 1e6) as u64),
         ("largest-stretch-left-1e-6", (books.left * 1e6) as u64),
         ("contacts", books.touches),
         ("substeps beyond a thickness", books.too_fast),

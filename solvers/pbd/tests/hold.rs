@@ -59,7 +59,7 @@ fn a_sheet_hangs_on_to_a_bar_that_is_thrown() {
         let off = add(wrench.linear, out.report.interfaces[0].received.linear);
         assert!(norm(off) < 1e-15, "{off:?}");
         weight += out.report.external.linear[2];
-        widest = widest.max(out.report.counters["largest-gap of a bond [µm]"]);
+        widest = widest.max(out.report.counters["largest-gap-of-a-bond-1e-6-m"]);
     }
     let all = add(run.momentum.linear, scale(bar.linear_velocity, mass));
     let expected = add(scale([0.5, -1.0, 2.0], mass), [0.0, 0.0, weight]);
@@ -90,7 +90,7 @@ fn a_sheet_hangs_on_to_samples_that_carry_it() {
         assert!(norm(each[2]) <= 0.0, "nothing hangs on the third");
         let off = add(out.impulses[0].1.total(), out.report.interfaces[0].received.linear);
         assert!(norm(off) < 1e-15, "{off:?}");
-        widest = widest.max(out.report.counters["largest-gap of a bond [µm]"]);
+        widest = widest.max(out.report.counters["largest-gap-of-a-bond-1e-6-m"]);
         carried += if window >= 75 { -(each[0][2] + each[1][2]) } else { 0.0 };
     }
     // 2 g at rest; it swings like a door, and a swing from 90° ends at 3 mg.

@@ -50,6 +50,7 @@
 
 mod aside;
 mod cohesion;
+mod cut;
 mod fill;
 mod force;
 mod frame;

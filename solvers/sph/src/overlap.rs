@@ -9,11 +9,13 @@ use cosplat_core::boundary::{Vec3, add, norm, scale, sub};
 use crate::grid::Grid;
 use crate::kernel::Kernel;
 use crate::model::Model;
-use crate::shell::LEAST_SHARE;
 use crate::wall::Piece;
 
 /// Share of a cell from which on a partner that takes it reaches into a solid: it does not just touch it.
 const ENTERED: f64 = 0.5;
+
+/// What must be left of a cell for it to count.
+const LEFT: f64 = 0.05;
 
 /// Boundary particles of rigid partners where lists are made.
 struct Rigid {
@@ -70,7 +72,7 @@ pub(crate) fn once(model: &Model, rigid: &[(usize, Vec3, f64)], pieces: &mut Vec
             piece.x = add(piece.x, scale(normal, 0.5 * share * model.spacing));
             piece.volume *= 1.0 - share;
             entered[piece.face as usize] |= share >= ENTERED;
-            share <= 1.0 - LEAST_SHARE
+            share <= 1.0 - LEFT
         });
     }
     entered

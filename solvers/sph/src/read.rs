@@ -9,6 +9,7 @@ use cosplat_core::plugin::{Descriptor, PluginError, Refusals, SolverScene, ViewR
 use cosplat_core::scene::{ActionKind, Body, Material, PairSpec, Source, StaticCollider, TAIT_EXPONENT, Wall};
 
 use crate::cohesion;
+use crate::cut::taken;
 use crate::fill::{fill, spacing};
 use crate::frame::Frame;
 use crate::gates::{Drain, Inflow, layer};
@@ -197,12 +198,7 @@ impl Reader<'_> {
         let moment = points.iter().zip(&volumes).fold([0.0; 3], |s, (&x, &v)| add(s, scale(body.pose.apply(x), v)));
         let centre = scale(moment, 1.0 / all.max(f64::MIN_POSITIVE));
         let first = self.model.mass.len();
-        let near = TOO_NEAR * self.model.spacing;
-        for (&point, volume) in points.iter().zip(&volumes) {
-            let x = body.pose.apply(point);
-            if self.model.statics.iter().any(|(_, placed)| placed.distance(x).0 < near) {
-                continue;
-            }
+        for (x, volume) in self.outside(body, points.iter().map(|&x| body.pose.apply(x)).zip(volumes).collect()) {
             self.model.body.push(index as u32);
             self.model.mass.push(rho * volume);
             self.model.start.push(x);
@@ -210,11 +206,6 @@ impl Reader<'_> {
         }
         let end = self.model.mass.len();
         self.inflows(index, body, rho);
-        let lost = points.len() - (end - first);
-        if lost > 0 {
-            let what = format!("{lost} of {} particles of `{}`", points.len(), body.name);
-            self.leave_out(what, "they lay inside a static collider", Some(lost as f64));
-        }
         if end == first {
             self.refusals.push(format!("a body without particles (body `{}`)", body.name));
         }
@@ -231,6 +222,30 @@ impl Reader<'_> {
             ids: first..self.model.mass.len(),
             coupled: self.scene.is_coupled(&body.name),
         });
+    }
+
+    /// What is left of particles of a body, places and volumes, outside static colliders and rigid partners; the rest is told.
+    fn outside(&mut self, body: &Body, mut all: Vec<(Vec3, f64)>) -> Vec<(Vec3, f64)> {
+        let (of, near) = (all.len(), TOO_NEAR * self.model.spacing);
+        all.retain(|(x, _)| self.model.statics.iter().all(|(_, placed)| placed.distance(*x).0 >= near));
+        let mut lost = vec![(of - all.len(), "a static collider".to_owned())];
+        let scene = self.scene;
+        for view in scene.interfaces.iter().filter(|v| v.role == ViewRole::ContactResolver && v.own == body.name) {
+            let (Some(source), Some(pose)) = (&view.partner_source, &view.partner_pose) else { continue };
+            let asset = scene.assets.get(&view.partner).map(AsRef::as_ref);
+            // A shape that cannot be had is refused with the partner.
+            let Ok(shape) = Shape::exact(source, asset, false) else { continue };
+            let (x, volume): (Vec<Vec3>, Vec<f64>) = all.iter().copied().unzip();
+            let mut gone = taken(&Placed::at(shape, pose), &x, &volume).into_iter().peekable();
+            lost.push((gone.len(), format!("`{}`", view.partner)));
+            let mut next = 0..;
+            all.retain(|_| gone.next_if_eq(&next.next().unwrap_or(usize::MAX)).is_none());
+        }
+        for (lost, inside) in lost.into_iter().filter(|l| l.0 > 0) {
+            let what = format!("{lost} of {of} particles of `{}`", body.name);
+            self.leave_out(what, &format!("they lay inside {inside}"), Some(lost as f64));
+        }
+        all
     }
 
     /// Surface tension \[N/m\], left out where even a single particle is too heavy for it, by its Bond number `ρ g d²/σ`.

@@ -5,9 +5,9 @@ mod common;
 
 use common::{Float, Run, columns, liquid, meets, plane, scene, tank, water};
 use cosplat_core::boundary::norm;
-use cosplat_core::plan::BoundaryForm;
+use cosplat_core::plan::{BoundaryForm, LeftOut};
 use cosplat_core::plugin::{Inputs, Plugin, PluginError, SolverScene, Steady};
-use cosplat_core::scene::{Body, Source, VelocityField, Wall};
+use cosplat_core::scene::{Body, Pose, Source, VelocityField, Wall};
 use cosplat_sph::Sph;
 
 const BOTH: [&str; 2] = ["wcsph", "dfsph"];
@@ -139,7 +139,9 @@ fn partner(pressure: &str, share: f64, height: f64) -> (f64, f64, Run) {
     let (d, side, size, window) = (0.02, 0.2, [0.08; 3], 2e-3);
     let body = liquid(water(20.0, 1.0), [side; 3], [0.5 * side; 3], d);
     let mut start = with(pressure, scene(vec![body], tank(side, side, Wall::Slip), window));
-    start.interfaces.push(meets("box", BoundaryForm::Proxy, Some(Source::Box { size_m: size }), 0.0));
+    let mut face = meets("box", BoundaryForm::Proxy, Some(Source::Box { size_m: size }), 0.0);
+    face.partner_pose = Some(Pose { position_m: [0.5 * side, 0.5 * side, height], orientation: [0.0, 0.0, 0.0, 1.0] });
+    start.interfaces.push(face);
     let mut float = Float::new(share * 1000.0 * size[0].powi(3), size, [0.5 * side, 0.5 * side, height]);
     let mut run = Run::new(start);
     let (mut fastest, mut splash) = (0.0_f64, 0.0_f64);
@@ -187,10 +189,15 @@ fn a_start_inside_a_solid_is_put_right_and_said() {
 }
 
 #[test]
-fn a_start_around_a_rigid_body_stays_bounded() {
-    for pressure in BOTH {
-        let (fastest, splash, _) = partner(pressure, 0.5, 0.1);
-        // Liquid and box begin in the same place; both are pressed apart with less than a dive of their size would give.
-        assert!(fastest < 1.0 && splash < 1.0, "{fastest} {splash}");
+fn a_start_around_a_rigid_body_leaves_out_what_it_takes_and_says_so() {
+    for (pressure, height) in [("wcsph", 0.1), ("dfsph", 0.1), ("wcsph", 0.107), ("dfsph", 0.107)] {
+        let (fastest, splash, run) = partner(pressure, 0.5, height);
+        // Four cells along each side, in whole layers wherever it is between them.
+        let said = |l: &LeftOut| l.what == "64 of 1000 particles of `water`" && l.why == "they lay inside `box`";
+        assert!(run.setup.left_out.iter().any(said), "{:?}", run.setup.left_out);
+        // Half as heavy as what it displaces, and that mass with it by half a sphere's share at least: it rises with at most
+        // g (1 - s)/(s + 1/2) over 80 ms.
+        assert!(fastest < 0.5 * 9.81 * 0.08, "{fastest}");
+        assert!(splash < 1.0, "{splash}");
     }
 }

@@ -2,15 +2,16 @@
 //!
 //! At rest the lift is the weight of the liquid that is missing, whatever presses the sphere: liquid that was cut away around
 //! it too generously leaves a gap, which a liquid without tension does not close. A lattice without what lies nearer than
-//! half a spacing to a sphere of three spacings has lost 1.4 to 1.6 times its volume, and lifts it by as much.
+//! half a spacing to a sphere of three spacings has lost 1.4 to 1.6 times its volume, and lifts it by as much. The solver
+//! leaves out as much as the sphere takes.
 
 #[cfg(test)]
 mod common;
 
 use common::{Float, Run, liquid, meets, scene, tank, water};
-use cosplat_core::boundary::{Impulses, Vec3, norm, sub};
+use cosplat_core::boundary::{Impulses, Vec3, norm, scale, sub};
 use cosplat_core::plan::BoundaryForm;
-use cosplat_core::scene::{Material, Source, Wall};
+use cosplat_core::scene::{Material, Pose, Source, Wall};
 
 const DENSITY: f64 = 1000.0;
 const GRAVITY: f64 = 9.81;
@@ -48,7 +49,8 @@ fn around(d: f64, size: Vec3, at: Vec3, radius: f64, layers: usize) -> Vec<Vec3>
     all
 }
 
-/// A bath of that viscosity with a sphere of that radius and mass in `layers`, `off` from a corner of the lattice's cells
+/// A bath of that viscosity with a sphere of that radius and mass in `layers`, or without any in what the solver leaves of a
+/// lattice, `off` from a corner of the lattice's cells
 /// \[Pa s, m, kg, -, spacings\].
 fn bath(
     viscosity: f64,
@@ -61,11 +63,17 @@ fn bath(
     // Eight spacings beside it, and five above and below.
     let [side, height] = [8.0, 10.0].map(|room| (2.0 * radius / D + room).round() * D);
     let at = [0.5 * side + off * D, 0.5 * side + 0.7 * off * D, 0.5 * height + 0.4 * off * D];
-    let mut body = liquid(water(20.0, viscosity), [side; 3], [0.0; 3], D);
-    body.source = Source::Points { positions_m: around(D, [side, side, height], at, radius, layers) };
+    let size = [side, side, height];
+    let mut body = liquid(water(20.0, viscosity), size, scale(size, 0.5), D);
+    if layers > 0 {
+        body = liquid(water(20.0, viscosity), size, [0.0; 3], D);
+        body.source = Source::Points { positions_m: around(D, size, at, radius, layers) };
+    }
     let mut start = scene(vec![body], tank(side, side, Wall::Slip), window);
     start.params.insert("pressure".into(), pressure.into());
-    start.interfaces.push(meets("ball", BoundaryForm::Proxy, Some(Source::Sphere { radius_m: radius }), 0.0));
+    let mut face = meets("ball", BoundaryForm::Proxy, Some(Source::Sphere { radius_m: radius }), 0.0);
+    face.partner_pose = (layers == 0).then_some(Pose { position_m: at, orientation: [0.0, 0.0, 0.0, 1.0] });
+    start.interfaces.push(face);
     (Run::new(start), Float::new(mass, [2.0 * radius; 3], at))
 }
 
@@ -93,11 +101,10 @@ fn lift(across: f64, layers: usize, off: f64, pressure: &str) -> f64 {
 #[test]
 fn a_held_sphere_is_lifted_by_the_weight_of_its_volume() {
     for off in [0.0, 0.5] {
-        // A fiftieth of a sphere of three spacings is a fiftieth of a spacing around it. A liquid that keeps its volume undoes
-        // what is too full where a lattice is cut, but closes no gap: laid on a lattice it lifts by 2 to 4 % too much. One whose
-        // density makes the pressure takes layers for a strained lattice, 3 % too much; on a lattice it is known to two
-        // fiftieths, as its particles still settle.
-        for (pressure, layers, gate) in [("dfsph", 3, 0.02), ("wcsph", 0, 0.04)] {
+        // A fiftieth of a sphere of three spacings is a fiftieth of a spacing around it. What is left of a lattice lies roughly
+        // around it: a liquid that keeps its volume undoes what is too full, but closes no gap, so that a twentieth is asked
+        // for. One whose density makes the pressure takes layers for a strained lattice; on a lattice its particles still settle.
+        for (pressure, layers, gate) in [("dfsph", 3, 0.02), ("dfsph", 0, 0.05), ("wcsph", 0, 0.05)] {
             let found = lift(3.0, layers, off, pressure);
             assert!((found - 1.0).abs() < gate, "{pressure}: {found}");
         }
@@ -162,7 +169,7 @@ fn settle(across: f64) -> f64 {
 #[test]
 #[ignore = "not met: with three particles across the oil lifts it by 23 % too much, more than the 15 % by which it is heavier, so that it rises; a hundredth of the lift, which six across leave, is 7 % of the speed; nine were not run: an hour"]
 fn a_sphere_settles_as_measured() {
-    let found = settle(9.0);
+    let found = settle(6.0);
     // The catalogue's gate.
     assert!((found / FASTEST - 1.0).abs() < 0.05, "{found} m/s");
 }

@@ -97,6 +97,7 @@ pub fn view(id: InterfaceId, role: ViewRole, own: &str, partner: &str, links: Ve
         partner: partner.to_owned(),
         partner_form: BoundaryForm::SamplesF64 { normals: false },
         partner_source: None,
+        partner_pose: None,
         rule: MotionRule::Linear,
         pair: None,
         links,

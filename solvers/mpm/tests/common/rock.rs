@@ -16,6 +16,7 @@ pub(crate) fn view(role: ViewRole, own: &str, friction: f64) -> InterfaceView {
         partner: "rock".into(),
         partner_form: BoundaryForm::Proxy,
         partner_source: None,
+        partner_pose: None,
         rule: MotionRule::Linear,
         pair: Some(PairSpec {
             a: own.into(),

@@ -86,6 +86,7 @@ pub(crate) fn meets(id: u16, partner: &str, form: BoundaryForm, source: Option<S
         partner: partner.into(),
         partner_form: form,
         partner_source: source,
+        partner_pose: None,
         rule: MotionRule::Hold,
         pair: Some(PairSpec {
             a: "smoke".into(),

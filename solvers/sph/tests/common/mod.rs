@@ -112,6 +112,7 @@ pub(crate) fn meets(partner: &str, form: BoundaryForm, source: Option<Source>, f
         partner: partner.into(),
         partner_form: form,
         partner_source: source,
+        partner_pose: None,
         rule: MotionRule::Hold,
         pair: Some(PairSpec {
             a: "water".into(),
