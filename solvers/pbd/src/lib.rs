@@ -5,8 +5,8 @@
 //! 2. edges (`stretch`) and hinges (`bend`) are solved once each, Gauss–Seidel by blocks of vertices (`vertex`);
 //! 3. vertices, and points of edges and faces that come nearer (`search`), meet walls and stand-ins of rigid partners
 //!    (`proxy`), samples of soft partners meet what of the cloth is nearest to them (`samples`, `cover`), its rim keeps out
-//!    from between neighbouring samples (`seam`), and cloth meets cloth (`own`, `watch`, `pieces`, `tiles`, `pair`, `regions`), with
-//!    Coulomb friction (`contact`);
+//!    from between neighbouring samples (`seam`), and cloth meets cloth (`own`, `watch`, `couple`, `pieces`, `tiles`, `pair`,
+//!    `regions`), with Coulomb friction (`contact`);
 //! 4. positions move by `h u`.
 //!
 //! Corrections of positions are kept as impulses `m Δx/h` at the positions where the substep began, and no velocity is
@@ -52,6 +52,7 @@ mod bond;
 mod cells;
 mod closest;
 mod contact;
+mod couple;
 mod course;
 mod cover;
 mod list;

@@ -34,23 +34,39 @@ pub(crate) struct Candidate {
     pub(crate) ends: [u32; 4],
     pub(crate) is_vertex: bool,
     pub(crate) friction: [f64; 2],
-    /// Distance of the two when they were looked for \[m\].
+    /// Least distance of the two when they were looked for, as far as is known \[m\].
     pub(crate) apart: f64,
 }
 
 impl Candidate {
-    /// The contact of the two, where they may close their gap in a substep of `h` \[s\].
-    pub(crate) fn touch(&self, vertices: &[Vertex], thickness: f64, h: f64) -> Option<Pair> {
+    /// The contact of the two, where they may close their gap in a substep of `h` \[s\]: nothing that is further apart
+    /// than `reach` does \[m\]. How far apart they are is noted, as it would have been before things moved by `spent` \[m\].
+    pub(crate) fn touch(
+        &mut self,
+        vertices: &[Vertex],
+        (thickness, h): (f64, f64),
+        [reach, spent]: [f64; 2],
+    ) -> Option<Pair> {
         let x = self.ends.map(|i| vertices[i as usize].x);
         let share = if self.is_vertex {
             let [a, b, c] = on_triangle([x[1], x[2], x[3]], x[0]);
             [1.0, -a, -b, -c]
         } else {
-            let [s, t] = of_edges([x[0], x[1]], [x[2], x[3]])?;
-            [1.0 - s, s, t - 1.0, -t]
+            let (first, second) = ([x[0], x[1]], [x[2], x[3]]);
+            match of_edges(first, second) {
+                Ok([s, t]) => [1.0 - s, s, t - 1.0, -t],
+                Err(apart) => {
+                    self.apart = apart + spent;
+                    return None;
+                }
+            }
         };
         let between = x.iter().zip(share).fold([0.0; 3], |sum, (&x, c)| add(sum, scale(x, c)));
         let apart = norm(between);
+        self.apart = apart + spent;
+        if apart > reach {
+            return None;
+        }
         let normal = if apart > 0.0 { scale(between, 1.0 / apart) } else { self.across(x)? };
         let pair = Pair { ends: self.ends, share, normal, apart, gap: apart - thickness, friction: self.friction };
         let velocity = pair.velocity(vertices);
