@@ -2,7 +2,8 @@
 //!
 //! One substep of length `h`:
 //! 1. outside influences and partners' impulses change velocities (air: `air`);
-//! 2. edges (`stretch`) and hinges (`bend`) are solved once each, Gauss–Seidel by blocks of vertices (`vertex`);
+//! 2. edges (`stretch`) and hinges (`bend`) are solved once each, Gauss–Seidel by blocks of vertices (`vertex`), four at a time
+//!    (`lanes`);
 //! 3. vertices, and points of edges and faces that come nearer (`search`), meet walls and stand-ins of rigid partners
 //!    (`proxy`), samples of soft partners meet what of the cloth is nearest to them (`samples`, `cover`), its rim keeps out
 //!    from between neighbouring samples (`seam`), and cloth meets cloth (`own`, `watch`, `couple`, `pieces`, `tiles`, `pair`,
@@ -55,6 +56,7 @@ mod contact;
 mod couple;
 mod course;
 mod cover;
+mod lanes;
 mod list;
 mod meet;
 mod model;
