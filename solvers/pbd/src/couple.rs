@@ -84,6 +84,7 @@ impl Row {
     /// before is kept. Nothing has moved since.
     pub(crate) fn gather(&mut self, a: usize, found: &[u32], now: &Now) {
         self.far.clear();
+        self.far.reserve(found.len());
         let mut before = std::mem::take(&mut self.near).into_iter().peekable();
         for &other in found {
             while before.next_if(|c| c.other < other).is_some() {}
@@ -141,8 +142,8 @@ impl Row {
         due.for_each(|c| search.mesh.tiles.blocks(a, c.other as usize).for_each(&mut f));
     }
 
-    /// Looks again at what is due: at how far apart pieces are where cloth is `flat`, of each tile that begins a block,
-    /// and last piece by piece.
+    /// Looks again at what is due: at how far apart pieces are where cloth is `flat`, of each tile that begins a block, at
+    /// what is seen along the tiles, and last piece by piece.
     pub(crate) fn look(&mut self, a: usize, flat: &[f64], now: &Now, room: &mut Room) {
         for couple in &mut self.near {
             let b = couple.other as usize;
@@ -151,6 +152,12 @@ impl Row {
                 let left = blocks.map(|n| flat[n]).fold(0.0, f64::max) - now.touching;
                 // What is seen of one that is due tells of its neighbours as well.
                 if left >= couple.closing && left > couple.left {
+                    couple.rest(left);
+                }
+            }
+            if couple.is_due && !couple.beside {
+                let left = now.search.across(a, b) * (1.0 - ROUNDED) - now.touching;
+                if left >= couple.closing {
                     couple.rest(left);
                 }
             }
@@ -175,9 +182,11 @@ impl Row {
     pub(crate) fn pairs(&mut self, search: &Search, h: f64) -> Vec<Pair> {
         let (touching, mut found) = (touching(search) * (1.0 + ROUNDED), Vec::new());
         for couple in self.near.iter_mut().filter(|c| !c.list.is_empty()) {
-            let (spent, reach) = (couple.room - couple.left, touching + couple.closing);
-            let near = couple.list.iter_mut().filter(|c| c.apart - spent < reach);
-            found.extend(near.filter_map(|c| c.touch(search.vertices, (search.thickness, h), [reach, spent])));
+            let (spent, closing) = (couple.room - couple.left, couple.closing);
+            for candidate in couple.list.iter_mut().filter(|c| c.apart - spent < touching + closing) {
+                let ways = [touching, closing, spent];
+                found.extend(candidate.touch(search.vertices, (search.thickness, h), ways));
+            }
         }
         found
     }

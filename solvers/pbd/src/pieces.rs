@@ -4,7 +4,7 @@
 //! compared with each such piece of it.
 //! What is closer than twice the thickness at rest is left alone: it could never be a thickness apart.
 
-use cosplat_core::boundary::{Vec3, add, dot, norm, scale, sub};
+use cosplat_core::boundary::{Vec3, add, cross, dot, norm, scale, sub};
 use rayon::prelude::*;
 
 use crate::cells::Cells;
@@ -103,6 +103,31 @@ impl Search<'_> {
         } else {
             tiles.iter().map(one).collect()
         }
+    }
+
+    /// How far apart two tiles are at least, seen along each of them \[m\]: layers that lie on each other aslant have boxes
+    /// that overlap.
+    pub(crate) fn across(&self, a: usize, b: usize) -> f64 {
+        let tiles = [a, b].map(|n| &self.mesh.tiles.all[n]);
+        let extent = |tile: &Tile, n: Vec3| {
+            let along = tile.corners.iter().map(|&i| dot(self.x(i), n));
+            along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], d| {
+                [if d < low { d } else { low }, if d > high { d } else { high }]
+            })
+        };
+        let one = |tile: &Tile| {
+            let area = tile.triangles.iter().fold([0.0; 3], |sum, &t| {
+                let [a, b, c] = self.mesh.triangles[t as usize].map(|i| self.x(i));
+                add(sum, cross(sub(b, a), sub(c, a)))
+            });
+            let size = norm(area);
+            if size <= 0.0 {
+                return 0.0;
+            }
+            let [first, second] = tiles.map(|tile| extent(tile, scale(area, 1.0 / size)));
+            (second[0] - first[1]).max(first[0] - second[1])
+        };
+        one(tiles[0]).max(one(tiles[1]))
     }
 
     /// Candidates of two tiles, or of one with itself, from their boxes.

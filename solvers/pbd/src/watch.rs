@@ -1,7 +1,7 @@
 //! Which pieces of all cloths may touch in a substep.
 //!
 //! Cloth is watched by two tiles at a time (`tiles`, `couple`). Those that are due are looked at by their boxes, then by how
-//! flat the cloth about them is, and last piece by piece. A part of a cloth that whips about costs the rest nothing.
+//! flat the cloth about them is, or along the one and the other, and last piece by piece. A part of a cloth that whips about costs the rest nothing.
 //!
 //! Whatever more than what touches is listed, what comes of it is the same, and in the same order: nothing here belongs to
 //! the state.
@@ -137,7 +137,7 @@ mod tests {
         let (rest, mut found) = (|i: u32| mesh.rest[i as usize], Vec::new());
         let mut note = |ends: [u32; 4], is_vertex: bool| {
             let mut candidate = Candidate { ends, is_vertex, friction: [0.0; 2], apart: 0.0 };
-            found.extend(candidate.touch(vertices, (thickness, H), [f64::INFINITY, 0.0]).map(|pair| pair.ends));
+            found.extend(candidate.touch(vertices, (thickness, H), [f64::INFINITY, 0.0, 0.0]).map(|pair| pair.ends));
         };
         for (i, &e) in mesh.edges.iter().enumerate() {
             for &f in mesh.edges[..i].iter().filter(|f| !f.iter().any(|k| e.contains(k))) {
