@@ -41,54 +41,75 @@ pub(crate) fn on_triangle([a, b, c]: [Vec3; 3], p: Vec3) -> [f64; 3] {
     [(1.0 - v - w).max(0.0), v, w]
 }
 
-/// Shares of the nearest points of the edges `a..b` and `c..d`: how far along each. Nothing where they are parallel or
-/// a nearest point is an end, which is a matter between a vertex and a triangle. Ericson §5.1.9.
-pub(crate) fn of_edges([a, b]: [Vec3; 2], [c, d]: [Vec3; 2]) -> Option<[f64; 2]> {
-    let (ab, cd, r) = (sub(b, a), sub(d, c), sub(a, c));
-    let (aa, ee, f) = (dot(ab, ab), dot(cd, cd), dot(cd, r));
-    let (bb, cc) = (dot(ab, cd), dot(ab, r));
-    let below = aa * ee - bb * bb;
-    // sin² of the angle between them; below this the nearest point is anywhere along.
-    if below <= 1e-6 * aa * ee {
-        return None;
-    }
-    let s = (bb * f - cc * ee) / below;
-    let t = (aa * f - bb * cc) / below;
-    let within = |v: f64| v > 0.0 && v < 1.0;
-    (within(s) && within(t)).then_some([s, t])
+/// Two edges, `a..b` and `c..d`, as the search for their nearest points needs them. Ericson §5.1.9.
+struct Lines {
+    /// Squares of their lengths, and their product.
+    aa: f64,
+    ee: f64,
+    bb: f64,
+    /// What they have in common with the way from `c` to `a`.
+    cc: f64,
+    f: f64,
+    /// Product of the squares times sin² of the angle between them.
+    below: f64,
 }
 
-/// How far along each of two lines with ends the nearest points are, ends included. Ericson §5.1.9.
-pub(crate) fn between([a, b]: [Vec3; 2], [c, d]: [Vec3; 2]) -> [f64; 2] {
-    let (ab, cd, r) = (sub(b, a), sub(d, c), sub(a, c));
-    let (aa, ee, f) = (dot(ab, ab).max(f64::MIN_POSITIVE), dot(cd, cd).max(f64::MIN_POSITIVE), dot(cd, r));
-    let (bb, cc) = (dot(ab, cd), dot(ab, r));
-    let below = aa * ee - bb * bb;
-    // Parallel ones have many nearest points: any will do.
-    let s = if below > 1e-12 * aa * ee { ((bb * f - cc * ee) / below).clamp(0.0, 1.0) } else { 0.5 };
-    let t = (bb * s + f) / ee;
-    if t < 0.0 {
-        [(-cc / aa).clamp(0.0, 1.0), 0.0]
-    } else if t > 1.0 {
-        [((bb - cc) / aa).clamp(0.0, 1.0), 1.0]
-    } else {
-        [s, t]
+impl Lines {
+    #[inline]
+    fn of([a, b]: [Vec3; 2], [c, d]: [Vec3; 2]) -> Self {
+        let (ab, cd, r) = (sub(b, a), sub(d, c), sub(a, c));
+        let (aa, ee, bb) = (dot(ab, ab), dot(cd, cd), dot(ab, cd));
+        Self { aa, ee, bb, cc: dot(ab, r), f: dot(cd, r), below: aa * ee - bb * bb }
     }
+
+    /// How far along each the nearest points are, where neither is an end. Below a sin² of 1e-6 they are anywhere along.
+    #[inline]
+    fn inside(&self) -> Option<[f64; 2]> {
+        let Self { aa, ee, bb, cc, f, below } = *self;
+        let (s, t) = (bb * f - cc * ee, aa * f - bb * cc);
+        let within = |v: f64| v > 0.0 && v < below;
+        (below > 1e-6 * aa * ee && within(s) && within(t)).then(|| [s / below, t / below])
+    }
+
+    /// How far along each they are, ends included.
+    fn between(&self) -> [f64; 2] {
+        let Self { aa, ee, bb, cc, f, below } = *self;
+        let (aa, ee) = (aa.max(f64::MIN_POSITIVE), ee.max(f64::MIN_POSITIVE));
+        // Parallel ones have many nearest points: any will do.
+        let s = if below > 1e-12 * aa * ee { ((bb * f - cc * ee) / below).clamp(0.0, 1.0) } else { 0.5 };
+        let t = (bb * s + f) / ee;
+        if t < 0.0 {
+            [(-cc / aa).clamp(0.0, 1.0), 0.0]
+        } else if t > 1.0 {
+            [((bb - cc) / aa).clamp(0.0, 1.0), 1.0]
+        } else {
+            [s, t]
+        }
+    }
+}
+
+/// Shares of the nearest points of the edges `a..b` and `c..d`: how far along each. Where they are parallel or a nearest
+/// point is an end, which is a matter between a vertex and a triangle, their distance instead \[m\].
+#[inline]
+pub(crate) fn of_edges(e: [Vec3; 2], f: [Vec3; 2]) -> Result<[f64; 2], f64> {
+    let lines = Lines::of(e, f);
+    lines.inside().ok_or_else(|| {
+        let [s, t] = lines.between();
+        let gap = sub(along(e, s), along(f, t));
+        dot(gap, gap).sqrt()
+    })
+}
+
+/// How far along each of two lines with ends the nearest points are, ends included.
+pub(crate) fn between(e: [Vec3; 2], f: [Vec3; 2]) -> [f64; 2] {
+    Lines::of(e, f).between()
 }
 
 /// Square of the distance of two edges, ends included \[m²\].
 pub(crate) fn edges_apart(e: [Vec3; 2], f: [Vec3; 2]) -> f64 {
-    if let Some([s, t]) = of_edges(e, f) {
-        let gap = sub(along(e, s), along(f, t));
-        return dot(gap, gap);
-    }
-    let to = |p: Vec3, [a, b]: [Vec3; 2]| {
-        let ab = sub(b, a);
-        let t = (dot(sub(p, a), ab) / dot(ab, ab).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        let gap = sub(p, along([a, b], t));
-        dot(gap, gap)
-    };
-    to(e[0], f).min(to(e[1], f)).min(to(f[0], e)).min(to(f[1], e))
+    let [s, t] = between(e, f);
+    let gap = sub(along(e, s), along(f, t));
+    dot(gap, gap)
 }
 
 /// The point so far along an edge.
@@ -127,8 +148,8 @@ mod tests {
         let e = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]];
         let found = of_edges(e, [[0.5, -1.0, 0.2], [0.5, 3.0, 0.2]]).expect("they cross");
         assert!((found[0] - 0.75).abs() < 1e-15 && (found[1] - 0.25).abs() < 1e-15, "{found:?}");
-        assert!(of_edges(e, [[2.0, -1.0, 0.2], [2.0, 1.0, 0.2]]).is_none());
-        assert!(of_edges(e, [[-1.0, 0.1, 0.0], [1.0, 0.1, 0.0]]).is_none());
+        assert!(of_edges(e, [[2.0, -1.0, 0.2], [2.0, 1.0, 0.2]]).is_err_and(|d| (d - 1.04_f64.sqrt()).abs() < 1e-15));
+        assert!(of_edges(e, [[-1.0, 0.1, 0.0], [1.0, 0.1, 0.0]]).is_err_and(|d| (d - 0.1).abs() < 1e-15));
         let apart = edges_apart(e, [[2.0, -1.0, 0.0], [2.0, 1.0, 0.0]]);
         assert!((apart - 1.0).abs() < 1e-15, "{apart}");
     }

@@ -2,11 +2,12 @@
 //!
 //! One substep of length `h`:
 //! 1. outside influences and partners' impulses change velocities (air: `air`);
-//! 2. edges (`stretch`) and hinges (`bend`) are solved once each, Gauss–Seidel by blocks of vertices (`vertex`);
+//! 2. edges (`stretch`) and hinges (`bend`) are solved once each, Gauss–Seidel by blocks of vertices (`vertex`), four at a time
+//!    (`lanes`);
 //! 3. vertices, and points of edges and faces that come nearer (`search`), meet walls and stand-ins of rigid partners
 //!    (`proxy`), samples of soft partners meet what of the cloth is nearest to them (`samples`, `cover`), its rim keeps out
-//!    from between neighbouring samples (`seam`), and cloth meets cloth (`own`, `watch`, `pieces`, `tiles`, `pair`, `regions`), with
-//!    Coulomb friction (`contact`);
+//!    from between neighbouring samples (`seam`), and cloth meets cloth (`own`, `watch`, `couple`, `pieces`, `tiles`, `pair`,
+//!    `regions`), with Coulomb friction (`contact`);
 //! 4. positions move by `h u`.
 //!
 //! Corrections of positions are kept as impulses `m Δx/h` at the positions where the substep began, and no velocity is
@@ -33,8 +34,9 @@
 //! cloth moves less than its thickness relative to other cloth; where it is faster, contact is looked at in up to 16
 //! parts of it, and substeps in which that is not enough are counted in the report. What is nearer than twice the
 //! thickness at rest is left alone. Samples of soft partners are beads, each of which stays on the side of the cloth on which
-//! it came near (`side`), so that cloth lies on leaves, which have no inside; their normals are not used. Self-collision costs about as much as all the rest; `self_collision = false` leaves
-//! it out by name.
+//! it came near (`side`), so that cloth lies on leaves, which have no inside; their normals are not used. Self-collision
+//! costs a quarter as much as all the rest where cloth hangs, and twice as much where it is crumpled;
+//! `self_collision = false` leaves it out by name.
 //!
 //! **Energy** that is stored is half of each constraint times the force that a substep would give at rest, so that what is
 //! dissipated is what sweeps, contact and damping take. It is an estimate in mode `genesis`, and where a substep is
@@ -52,8 +54,10 @@ mod bond;
 mod cells;
 mod closest;
 mod contact;
+mod couple;
 mod course;
 mod cover;
+mod lanes;
 mod list;
 mod meet;
 mod model;

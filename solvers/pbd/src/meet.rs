@@ -132,7 +132,6 @@ impl Sim {
         Search {
             mesh: &self.mesh,
             vertices: &self.vertices,
-            owner: &self.owner,
             reach: 0.0,
             thickness: self.setting.thickness,
             parallel: self.setting.parallel,

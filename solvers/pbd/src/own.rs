@@ -34,29 +34,62 @@ pub(crate) struct Candidate {
     pub(crate) ends: [u32; 4],
     pub(crate) is_vertex: bool,
     pub(crate) friction: [f64; 2],
-    /// Distance of the two when they were looked for \[m\].
+    /// Least distance of the two when they were looked for, as far as is known \[m\].
     pub(crate) apart: f64,
 }
 
 impl Candidate {
-    /// The contact of the two, where they may close their gap in a substep of `h` \[s\].
-    pub(crate) fn touch(&self, vertices: &[Vertex], thickness: f64, h: f64) -> Option<Pair> {
-        let x = self.ends.map(|i| vertices[i as usize].x);
+    /// The contact of the two, where they may close their gap in a substep of `h` \[s\]. Nothing that is further apart than
+    /// `touching` does but for its velocity, and no velocity counts for more than `closing` \[m\]. How far apart they are is
+    /// noted, as it would have been before things moved by `spent` \[m\].
+    pub(crate) fn touch(
+        &mut self,
+        vertices: &[Vertex],
+        (thickness, h): (f64, f64),
+        [touching, closing, spent]: [f64; 3],
+    ) -> Option<Pair> {
+        let ends = self.ends.map(|i| &vertices[i as usize]);
+        let further = self.apart - spent - touching;
+        if further > 0.0 && further * further > 4.0 * h * h * self.fastest(ends) {
+            return None;
+        }
+        let x = ends.map(|v| v.x);
         let share = if self.is_vertex {
             let [a, b, c] = on_triangle([x[1], x[2], x[3]], x[0]);
             [1.0, -a, -b, -c]
         } else {
-            let [s, t] = of_edges([x[0], x[1]], [x[2], x[3]])?;
-            [1.0 - s, s, t - 1.0, -t]
+            let (first, second) = ([x[0], x[1]], [x[2], x[3]]);
+            match of_edges(first, second) {
+                Ok([s, t]) => [1.0 - s, s, t - 1.0, -t],
+                Err(apart) => {
+                    self.apart = apart + spent;
+                    return None;
+                }
+            }
         };
         let between = x.iter().zip(share).fold([0.0; 3], |sum, (&x, c)| add(sum, scale(x, c)));
         let apart = norm(between);
+        self.apart = apart + spent;
+        if apart > touching + closing {
+            return None;
+        }
         let normal = if apart > 0.0 { scale(between, 1.0 / apart) } else { self.across(x)? };
         let pair = Pair { ends: self.ends, share, normal, apart, gap: apart - thickness, friction: self.friction };
         let velocity = pair.velocity(vertices);
         // Others may push it while contacts are solved: a little more than what closes by itself is watched.
         let watched = h * norm(velocity) + WATCHED * thickness;
         (pair.gap + h * dot(velocity, normal) < watched).then_some(pair)
+    }
+
+    /// Square of the largest speed of a corner of one relative to a corner of the other \[m²/s²\].
+    #[inline]
+    fn fastest(&self, ends: [&Vertex; 4]) -> f64 {
+        let square = |i: usize, j: usize| {
+            let u = sub(ends[i].u, ends[j].u);
+            dot(u, u)
+        };
+        let last = if self.is_vertex { square(0, 1) } else { square(1, 2).max(square(1, 3)) };
+        square(0, 2).max(square(0, 3)).max(last)
     }
 
     /// A direction across two pieces that meet in a point.

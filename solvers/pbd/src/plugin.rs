@@ -61,7 +61,7 @@ impl Plugin for Pbd {
     }
 
     fn setup(&mut self, scene: &SolverScene) -> Result<Setup, PluginError> {
-        let model = read(&self.describe(), scene)?;
+        let mut model = read(&self.describe(), scene)?;
         let pool = (model.threads > 1)
             .then(|| rayon::ThreadPoolBuilder::new().num_threads(model.threads).build())
             .transpose()

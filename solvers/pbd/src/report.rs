@@ -25,10 +25,11 @@ impl Model {
     }
 
     /// Kinetic energy, and that stored in constraints \[J\].
-    pub(crate) fn mechanical(&self, pool: Option<&rayon::ThreadPool>) -> [f64; 2] {
-        let stored = match pool.filter(|_| self.sim.setting.parallel) {
-            Some(pool) => pool.install(|| self.sim.stored(true)),
-            None => self.sim.stored(false),
+    pub(crate) fn mechanical(&mut self, pool: Option<&rayon::ThreadPool>) -> [f64; 2] {
+        let sim = &mut self.sim;
+        let stored = match pool.filter(|_| sim.setting.parallel) {
+            Some(pool) => pool.install(|| sim.stored(true)),
+            None => sim.stored(false),
         };
         [self.sim.vertices.iter().map(|v| 0.5 * v.mass * dot(v.u, v.u)).sum(), stored]
     }

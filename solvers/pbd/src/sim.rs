@@ -15,7 +15,7 @@ use crate::pull::Pull;
 use crate::samples::Swarm;
 use crate::stretch::Edge;
 use crate::tally::Tally;
-use crate::vertex::{Constraint, Phases, Solve, Vertex, solve};
+use crate::vertex::{Constraint, List, Phases, Solve, Vertex};
 use cosplat_core::distance::{Placed, Shape};
 
 /// Part of the shortest edge that a vertex may move in a substep.
@@ -224,7 +224,7 @@ impl Sim {
             let work: Vec<_> = shifted
                 .zip(&mut self.edges.shifted)
                 .zip(&mut self.hinges.shifted)
-                .filter(|((_, e), h)| !(e.is_empty() && h.is_empty()))
+                .filter(|((_, e), h)| !(e.all.is_empty() && h.all.is_empty()))
                 .collect();
             each(setting.parallel, work, |_, ((vertices, edges), hinges)| {
                 project(vertices, edges, hinges, turn, &solver);
@@ -277,20 +277,16 @@ fn kick(vertex: &mut Vertex, impulse: Vec3, tally: &mut Tally, held: &mut Tally)
 /// Solves the constraints of a block.
 pub(crate) fn project(
     vertices: &mut [Vertex],
-    edges: &mut [Edge],
-    hinges: &mut [Hinge],
+    edges: &mut List<Edge>,
+    hinges: &mut List<Hinge>,
     turn: [bool; 2],
     solver: &Solve,
 ) {
     if turn[0] {
-        for edge in edges {
-            solve(edge, vertices, solver);
-        }
+        edges.solve(vertices, solver);
     }
     if turn[1] {
-        for hinge in hinges {
-            solve(hinge, vertices, solver);
-        }
+        hinges.solve(vertices, solver);
     }
 }
 

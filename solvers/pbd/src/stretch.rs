@@ -9,7 +9,9 @@
 //! energy of a swing decay at first order in `h`. `cos` is the cosine between the two.
 
 use cosplat_core::boundary::{Vec3, add, dot, scale, sub};
+use wide::f64x4;
 
+use crate::lanes::{self, Four, LANES, lanes};
 use crate::vertex::{Constraint, Solve, Sweeps, Vertex};
 
 /// Least cosine between the directions at the start and the end of a substep that counts: beyond 75° a correction along
@@ -80,6 +82,36 @@ impl Constraint<2> for Edge {
         Some([impulse, scale(impulse, -1.0)])
     }
 
+    fn solve_four(four: &mut [Self; LANES], vertices: &mut [Vertex], solve: &Solve) -> bool {
+        let end = |k: usize| Four::of(vertices, [four[0].ends[k], four[1].ends[k], four[2].ends[k], four[3].ends[k]]);
+        let (a, b) = (end(0), end(1));
+        let (h, per_h2) = (f64x4::splat(solve.h), f64x4::splat(solve.per_h2));
+        let [rest, lambda] = [lanes(four, |e| e.rest), lanes(four, |e| e.lambda)];
+        let start = lanes::sub(a.x, b.x);
+        let end = lanes::add(start, lanes::scale(lanes::sub(a.u, b.u), h));
+        let square = lanes::dot(end, end);
+        let length = square.sqrt();
+        let alpha = lanes(four, |e| e.compliance) * per_h2;
+        let along = lanes::dot(end, start).fast_max(f64x4::splat(LEAST_COSINE) * square);
+        let below = (a.w + b.w) * along + alpha * square;
+        if !below.simd_gt(f64x4::ZERO).all() {
+            return false;
+        }
+        let change = if solve.relaxed {
+            (rest - length) * lambda * length / below
+        } else {
+            let before = if solve.first { f64x4::ZERO } else { lambda };
+            let change = (rest - length - alpha * before) * length / below;
+            let after = (before + change * length).to_array();
+            four.iter_mut().zip(after).for_each(|(e, lambda)| e.lambda = lambda);
+            change
+        };
+        let impulse = lanes::scale(start, change / h);
+        a.take(impulse, vertices);
+        b.take([-impulse[0], -impulse[1], -impulse[2]], vertices);
+        true
+    }
+
     fn energy(&self, [a, b]: [&Vertex; 2], sweeps: &Sweeps) -> f64 {
         let r = sub(a.x, b.x);
         sweeps.energy(dot(r, r).sqrt() - self.rest, self.compliance, a.w + b.w, self.lambda)
@@ -115,6 +147,31 @@ mod tests {
             let d = sub(sum(f, &v), sum(f, &before));
             // Roundings of momenta of some 10 kg m/s.
             assert!(dot(d, d).sqrt() < 1e-14, "{d:?}");
+        }
+    }
+
+    #[test]
+    fn four_are_solved_as_one_after_the_other() {
+        let vertices: Vec<Vertex> = (0..8)
+            .map(f64::from)
+            .map(|i| Vertex {
+                x: [i.sin(), (2.3 * i).cos(), 0.4 * i],
+                u: [0.2 * i, 1.0 - i, (3.0 * i).sin()],
+                w: 0.3 + i,
+                mass: 1.0,
+            })
+            .collect();
+        for (relaxed, first) in [(false, true), (false, false), (true, true)] {
+            let solver = Solve { first, relaxed, h: 0.05, per_h2: 400.0 };
+            let mut edges = [0, 2, 4, 6].map(|i| Edge::new([i, i + 1], 0.1 * f64::from(i) + 0.4, 1e-3, 0.3));
+            let (mut one, mut four, mut others) = (vertices.clone(), vertices.clone(), edges);
+            for edge in &mut edges {
+                solve(edge, &mut one, &solver);
+            }
+            assert!(Edge::solve_four(&mut others, &mut four, &solver));
+            let bits = |v: &[Vertex]| v.iter().flat_map(|v| v.u.map(f64::to_bits)).collect::<Vec<_>>();
+            assert_eq!(bits(&one), bits(&four));
+            assert_eq!(edges.map(|e| e.lambda.to_bits()), others.map(|e| e.lambda.to_bits()));
         }
     }
 

@@ -9,10 +9,13 @@
 use cosplat_core::boundary::{Vec3, add, dot, norm, scale, sub};
 
 use crate::own::Mesh;
+use crate::pieces::{Bounds, around};
 use crate::vertex::Vertex;
 
 /// Side of a tile, in edges.
 const SIDE: f64 = 2.0;
+/// Places of a block of two by two tiles.
+const SQUARE: [[i64; 2]; 4] = [[0, 0], [0, 1], [1, 0], [1, 1]];
 
 /// A tile: its place at rest, and what belongs to it.
 #[derive(Clone, Debug, Default)]
@@ -22,8 +25,13 @@ pub(crate) struct Tile {
     pub(crate) vertices: Vec<u32>,
     pub(crate) edges: Vec<u32>,
     pub(crate) triangles: Vec<u32>,
-    /// Vertices of all of these.
+    /// Vertices of all of these, and their box at rest.
     pub(crate) corners: Vec<u32>,
+    pub(crate) rest: Bounds,
+    /// Tiles of the block of two by two that it begins, and tiles that begin a block with it in it: of the last, those
+    /// one place back along neither, the second, the first and both axes.
+    block: [Option<u32>; 4],
+    begins: [Option<u32>; 4],
 }
 
 /// How one body is cut.
@@ -42,8 +50,6 @@ pub(crate) struct Cut {
 pub(crate) struct Tiles {
     pub(crate) all: Vec<Tile>,
     cuts: Vec<Cut>,
-    /// Of each body, the tile with the lowest place and the row of each place: sorted by body and place.
-    order: Vec<(usize, [i64; 3])>,
     /// Inverse of the edges of each triangle at rest, in the plane of its sheet.
     inverse: Vec<[f64; 4]>,
 }
@@ -86,7 +92,8 @@ impl Tiles {
         order.sort_unstable();
         order.dedup();
         let mut all: Vec<Tile> = order.iter().map(|&(body, place)| Tile { body, place, ..Tile::default() }).collect();
-        let find = |key: &(usize, [i64; 3])| order.binary_search(key).unwrap_or(0);
+        let at = |key: &(usize, [i64; 3])| order.binary_search(key).ok();
+        let find = |key: &(usize, [i64; 3])| at(key).unwrap_or(0);
         (0..).zip(&vertices).for_each(|(i, key)| all[find(key)].vertices.push(i));
         (0..).zip(&edges).for_each(|(i, key)| all[find(key)].edges.push(i));
         (0..).zip(&triangles).for_each(|(i, key)| all[find(key)].triangles.push(i));
@@ -96,6 +103,11 @@ impl Tiles {
             tile.corners.extend(tile.triangles.iter().flat_map(|&t| mesh.triangles[t as usize]));
             tile.corners.sort_unstable();
             tile.corners.dedup();
+            tile.rest = around(tile.corners.iter().map(|&i| rest(i)));
+            let [i, j, k] = tile.place;
+            let beside =
+                |way: i64| SQUARE.map(|[a, b]| at(&(tile.body, [i + way * a, j + way * b, k])).map(|n| n as u32));
+            (tile.block, tile.begins) = (beside(1), beside(-1));
         }
         let inverse = |t: &[u32; 3]| {
             let [a, b, c] = t.map(rest);
@@ -104,43 +116,43 @@ impl Tiles {
             if det == 0.0 { [0.0; 4] } else { [v[1], -v[0], -u[1], u[0]].map(|x| x / det) }
         };
         let inverse = mesh.triangles.iter().map(inverse).collect();
-        Self { all, cuts, order, inverse }
+        Self { all, cuts, inverse }
     }
 
     /// How far pieces of the block of two by two tiles that begins with `tile` are apart at least \[m\]; 0 where that is
-    /// not known.
-    pub(crate) fn apart(&self, mesh: &Mesh, vertices: &[Vertex], tile: usize) -> f64 {
-        let gradient = |t: u32| {
+    /// not known. `room` is room to work in.
+    pub(crate) fn apart(&self, mesh: &Mesh, vertices: &[Vertex], tile: usize, room: &mut Vec<[Vec3; 2]>) -> f64 {
+        let gradient = |&t: &u32| {
             let [a, b, c] = mesh.triangles[t as usize].map(|i| vertices[i as usize].x);
             let (u, v, [p, q, r, s]) = (sub(b, a), sub(c, a), self.inverse[t as usize]);
             [add(scale(u, p), scale(v, r)), add(scale(u, q), scale(v, s))]
         };
         let tile = &self.all[tile];
         let Some(least) = self.cuts[tile.body].least else { return 0.0 };
-        let [i, j, k] = tile.place;
-        let block = [[0, 0], [0, 1], [1, 0], [1, 1]].map(|[a, b]| (tile.body, [i + a, j + b, k]));
-        let found = block.iter().filter_map(|key| self.order.binary_search(key).ok());
-        let all: Vec<[Vec3; 2]> = found.flat_map(|n| &self.all[n].triangles).map(|&t| gradient(t)).collect();
-        let [a, b] = all.iter().fold([[0.0; 3]; 2], |sum, f| [add(sum[0], f[0]), add(sum[1], f[1])]);
+        room.clear();
+        for n in tile.block.into_iter().flatten() {
+            room.extend(self.all[n as usize].triangles.iter().map(gradient));
+        }
+        let [a, b] = room.iter().fold([[0.0; 3]; 2], |sum, f| [add(sum[0], f[0]), add(sum[1], f[1])]);
         let Some(frame) = frame(a, b) else { return 0.0 };
         let stretch = |f: &[Vec3; 2]| {
             let [[xx, xy], [yx, yy]] = frame.map(|r| [dot(r, f[0]), dot(r, f[1])]);
             let (mean, off) = (0.5 * (xx + yy), 0.5 * (xy + yx));
             mean - (0.25 * (xx - yy) * (xx - yy) + off * off).sqrt()
         };
-        all.iter().map(stretch).fold(f64::INFINITY, f64::min).max(0.0) * least
+        room.iter().map(stretch).fold(f64::INFINITY, f64::min).max(0.0) * least
     }
 
     /// Tiles that begin a block with two tiles in it.
     pub(crate) fn blocks(&self, a: usize, b: usize) -> impl Iterator<Item = usize> {
         let (a, b) = (&self.all[a], &self.all[b]);
-        let beside = a.body == b.body && (0..3).all(|k| (a.place[k] - b.place[k]).abs() <= 1);
-        let [low, high] = [0, 1].map(|k| {
-            let [from, to] = [a.place[k].max(b.place[k]) - 1, a.place[k].min(b.place[k])];
-            if beside { [from, to] } else { [0, -1] }
-        });
-        let begins = (low[0]..=low[1]).flat_map(move |i| (high[0]..=high[1]).map(move |j| [i, j, a.place[2]]));
-        begins.filter_map(|place| self.order.binary_search(&(a.body, place)).ok())
+        let way: [i64; 3] = std::array::from_fn(|k| b.place[k] - a.place[k]);
+        let beside = a.body == b.body && way.iter().all(|d| d.abs() <= 1) && way[2] == 0;
+        // How far back from the first of them blocks begin: one place where the second is behind it, none where it is
+        // ahead, both where it is beside.
+        let holds = move |back: &[i64; 2]| beside && (0..2).all(|k| way[k] == 0 || back[k] == i64::from(way[k] < 0));
+        let begins = SQUARE.iter().zip(a.begins).filter(move |(back, _)| holds(back));
+        begins.filter_map(|(_, tile)| tile.map(|n| n as usize))
     }
 }
 
@@ -224,7 +236,7 @@ mod tests {
             let x: Vec<Vec3> = mesh.rest.iter().map(roll).collect();
             let vertices: Vec<Vertex> = x.iter().map(|&x| Vertex { x, ..Vertex::default() }).collect();
             let reach = 0.0052;
-            let flat = |n: usize| tiles.apart(&mesh, &vertices, n) > reach;
+            let flat = |n: usize| tiles.apart(&mesh, &vertices, n, &mut Vec::new()) > reach;
             // Blocks that begin behind the last square are empty.
             let is_flat = |n: usize| flat(n) || tiles.all[n].triangles.is_empty();
             assert!(bend > 12.0 || (0..tiles.all.len()).all(is_flat), "{bend}");
@@ -243,7 +255,7 @@ mod tests {
             }
         }
         let nowhere = vec![Vertex::default(); mesh.rest.len()];
-        assert!((0..tiles.all.len()).all(|n| tiles.apart(&mesh, &nowhere, n) <= 0.0));
+        assert!((0..tiles.all.len()).all(|n| tiles.apart(&mesh, &nowhere, n, &mut Vec::new()) <= 0.0));
     }
 
     #[test]

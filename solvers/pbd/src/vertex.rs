@@ -3,6 +3,8 @@
 use cosplat_core::boundary::{Vec3, add, scale};
 use rayon::prelude::*;
 
+use crate::lanes::LANES;
+
 /// One vertex; a cache line.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
@@ -91,6 +93,10 @@ pub(crate) trait Constraint<const N: usize>: Copy + Send + Sync {
     /// Impulses on its vertices \[N s\]; nothing where it has degenerated.
     fn impulses(&mut self, at: [&Vertex; N], solve: &Solve) -> Option<[Vec3; N]>;
 
+    /// Solves four that share no vertex, as one after the other would be. Nothing is done, and the answer is no, where one
+    /// of them has degenerated.
+    fn solve_four(four: &mut [Self; LANES], vertices: &mut [Vertex], solve: &Solve) -> bool;
+
     /// Energy stored \[J\].
     fn energy(&self, at: [&Vertex; N], sweeps: &Sweeps) -> f64;
 }
@@ -107,6 +113,55 @@ pub(crate) fn solve<const N: usize, C: Constraint<N>>(constraint: &mut C, vertic
     }
 }
 
+/// Constraints that are solved in turn.
+#[derive(Clone, Debug)]
+pub(crate) struct List<C> {
+    pub(crate) all: Vec<C>,
+    /// Ends of runs in which no two share a vertex.
+    runs: Vec<u32>,
+}
+
+impl<C> List<C> {
+    fn new<const N: usize>(all: Vec<C>) -> Self
+    where
+        C: Constraint<N>,
+    {
+        let count = all.iter().flat_map(Constraint::ends).max().map_or(0, |i| i as usize + 1);
+        // The run in which each vertex was last seen.
+        let (mut seen, mut runs) = (vec![0; count], Vec::new());
+        for (i, constraint) in (0..).zip(&all) {
+            if constraint.ends().iter().any(|&v| seen[v as usize] == runs.len() + 1) {
+                runs.push(i);
+            }
+            constraint.ends().iter().for_each(|&v| seen[v as usize] = runs.len() + 1);
+        }
+        runs.push(all.len() as u32);
+        Self { all, runs }
+    }
+
+    /// Solves all of them.
+    pub(crate) fn solve<const N: usize>(&mut self, vertices: &mut [Vertex], solver: &Solve)
+    where
+        C: Constraint<N>,
+    {
+        let mut from = 0;
+        for end in self.runs.iter().map(|&end| end as usize) {
+            let (fours, rest) = self.all[from..end].as_chunks_mut();
+            for four in fours {
+                if !C::solve_four(four, vertices, solver) {
+                    for one in four {
+                        solve(one, vertices, solver);
+                    }
+                }
+            }
+            for one in rest {
+                solve(one, vertices, solver);
+            }
+            from = end;
+        }
+    }
+}
+
 /// Constraints sorted by who may solve them.
 ///
 /// Vertices are cut into blocks of one size, and again into blocks shifted by half of it. What lies within a block is
@@ -115,11 +170,11 @@ pub(crate) fn solve<const N: usize, C: Constraint<N>>(constraint: &mut C, vertic
 #[derive(Clone, Debug)]
 pub(crate) struct Phases<C> {
     /// Within a block, counted from its first vertex.
-    pub(crate) first: Vec<Vec<C>>,
+    pub(crate) first: Vec<List<C>>,
     /// Within a shifted block, counted from its first vertex.
-    pub(crate) shifted: Vec<Vec<C>>,
+    pub(crate) shifted: Vec<List<C>>,
     /// Wider than that: one after the other.
-    pub(crate) rest: Vec<C>,
+    pub(crate) rest: List<C>,
     /// With an end that is fixed to the world, whose impulse is booked: one after the other.
     pub(crate) anchored: Vec<C>,
 }
@@ -132,30 +187,27 @@ impl<C> Phases<C> {
     {
         let blocks = fixed.len().div_ceil(size).max(1);
         let half = size / 2;
-        let mut phases = Self {
-            first: vec![Vec::new(); blocks],
-            shifted: vec![Vec::new(); blocks],
-            rest: Vec::new(),
-            anchored: Vec::new(),
-        };
+        let (mut first, mut shifted) = (vec![Vec::new(); blocks], vec![Vec::new(); blocks]);
+        let (mut rest, mut anchored) = (Vec::new(), Vec::new());
         for mut constraint in by_colour(all, fixed.len()) {
             let ends = constraint.ends();
             let (low, high) = ends.iter().fold((u32::MAX, 0), |(low, high), &i| (low.min(i), high.max(i)));
             let (low, high) = (low as usize, high as usize);
             if ends.iter().any(|&i| fixed[i as usize]) {
-                phases.anchored.push(constraint);
+                anchored.push(constraint);
             } else if low / size == high / size {
                 constraint.set_ends(ends.map(|i| i - (low / size * size) as u32));
-                phases.first[low / size].push(constraint);
+                first[low / size].push(constraint);
             } else if low >= half && (low - half) / size == (high - half) / size {
                 let block = (low - half) / size;
                 constraint.set_ends(ends.map(|i| i - (block * size + half) as u32));
-                phases.shifted[block].push(constraint);
+                shifted[block].push(constraint);
             } else {
-                phases.rest.push(constraint);
+                rest.push(constraint);
             }
         }
-        phases
+        let lists = |all: Vec<Vec<C>>| all.into_iter().map(List::new).collect();
+        Self { first: lists(first), shifted: lists(shifted), rest: List::new(rest), anchored }
     }
 
     /// Energy of all \[J\]: `parallel` shares blocks out.
@@ -171,14 +223,14 @@ impl<C> Phases<C> {
         let sum = |list: &[C], from: usize| -> f64 {
             list.iter().map(|c| c.energy(c.ends().map(|i| &vertices[from + i as usize]), sweeps)).sum()
         };
-        let blocks = |all: &[Vec<C>], from: usize| -> f64 {
+        let blocks = |all: &[List<C>], from: usize| -> f64 {
             if parallel {
-                let each = all.par_iter().enumerate().map(|(b, list)| sum(list, b * size + from));
+                let each = all.par_iter().enumerate().map(|(b, list)| sum(&list.all, b * size + from));
                 return each.collect::<Vec<f64>>().into_iter().sum();
             }
-            all.iter().enumerate().map(|(b, list)| sum(list, b * size + from)).sum()
+            all.iter().enumerate().map(|(b, list)| sum(&list.all, b * size + from)).sum()
         };
-        blocks(&self.first, 0) + blocks(&self.shifted, size / 2) + sum(&self.rest, 0) + sum(&self.anchored, 0)
+        blocks(&self.first, 0) + blocks(&self.shifted, size / 2) + sum(&self.rest.all, 0) + sum(&self.anchored, 0)
     }
 }
 
@@ -196,8 +248,8 @@ impl<C> Phases<C> {
         let most = |list: &[C], from: usize| -> f64 {
             list.iter().map(|c| of(c, c.ends().map(|i| &vertices[from + i as usize]))).fold(0.0, f64::max)
         };
-        let blocks = |all: &[Vec<C>], from: usize| -> f64 {
-            let one = |(b, list): (usize, &Vec<C>)| most(list, b * size + from);
+        let blocks = |all: &[List<C>], from: usize| -> f64 {
+            let one = |(b, list): (usize, &List<C>)| most(&list.all, b * size + from);
             if parallel {
                 all.par_iter().enumerate().map(one).reduce(|| 0.0, f64::max)
             } else {
@@ -205,7 +257,7 @@ impl<C> Phases<C> {
             }
         };
         let within = blocks(&self.first, 0).max(blocks(&self.shifted, size / 2));
-        within.max(most(&self.rest, 0)).max(most(&self.anchored, 0))
+        within.max(most(&self.rest.all, 0)).max(most(&self.anchored, 0))
     }
 }
 
@@ -239,4 +291,38 @@ fn by_colour<const N: usize, C: Constraint<N>>(all: &[C], vertices: usize) -> Ve
     }
     coloured.sort_by_key(|&(colour, _)| colour);
     coloured.into_iter().map(|(_, constraint)| constraint).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stretch::Edge;
+
+    #[test]
+    fn a_list_is_solved_in_its_order_and_nothing_of_a_run_shares_a_vertex() {
+        let at = |i: u32| f64::from(i) * 0.7;
+        let vertices: Vec<Vertex> = (0..40)
+            .map(at)
+            .map(|t| Vertex { x: [t.sin(), (1.3 * t).cos(), t], u: [t.cos(), 0.1 * t, 0.0], w: 1.0, mass: 1.0 })
+            .collect();
+        // Triangles of edges: greedy colours leave short runs and long ones.
+        let edges: Vec<Edge> =
+            (0..38).flat_map(|i| [[i, i + 1], [i, i + 2]]).map(|ends| Edge::new(ends, 0.5, 1e-3, 0.3)).collect();
+        let mut list = List::new(by_colour(&edges, vertices.len()));
+        let mut from = 0;
+        for &end in &list.runs {
+            let mut ends: Vec<u32> = list.all[from..end as usize].iter().flat_map(Constraint::ends).collect();
+            ends.sort_unstable();
+            assert!(ends.windows(2).all(|w| w[0] != w[1]), "{from}..{end}");
+            from = end as usize;
+        }
+        assert!(from == edges.len() && list.runs.len() < edges.len() / LANES, "{:?}", list.runs);
+        let solver = Solve { h: 0.1, per_h2: 100.0, first: true, relaxed: false };
+        let (mut one, mut other, mut alone) = (vertices.clone(), vertices, list.all.clone());
+        for edge in &mut alone {
+            solve(edge, &mut one, &solver);
+        }
+        list.solve(&mut other, &solver);
+        assert!(one.iter().zip(&other).all(|(a, b)| a.u.map(f64::to_bits) == b.u.map(f64::to_bits)));
+    }
 }
