@@ -70,7 +70,7 @@ impl Kernel {
     }
 
     #[inline]
-    fn inside(&self, r: f64x4) -> f64x4 {
+    pub(crate) fn inside(&self, r: f64x4) -> f64x4 {
         (f64x4::ONE - r * f64x4::splat(self.half_inverse)).fast_max(f64x4::ZERO)
     }
 }

@@ -11,7 +11,7 @@ use wide::{f32x4, f64x4};
 
 use crate::force::{Pass, Sums};
 use crate::incompressible::contact::Contacts;
-use crate::incompressible::pairs::{Pairs, across, along};
+use crate::incompressible::pairs::{Pairs, Place, Scale};
 use crate::incompressible::wall::Edge;
 use crate::kernel::Kernel;
 use crate::lanes::{Four, LANES, Pack, gather};
@@ -53,6 +53,8 @@ pub(crate) struct Operator {
     pub(crate) rows: Vec<Row>,
     pub(crate) edge: Edge,
     stored: Vec<Stored>,
+    /// Where each particle is, and nobody.
+    places: Vec<Place>,
     /// Whether pressure moves each particle, as 1: not what is driven.
     free: Vec<f64>,
 }
@@ -88,8 +90,9 @@ fn around(
         let length = others.volume * slope * others.square;
         moment -= length;
         square += f64x4::new([0, 1, 2, 3].map(|l| light(j[l]))) * length * slope;
-        kept.push(gradient, weight);
+        kept.push(j, kernel.inside(others.r));
     }
+    kept.end(packs.len() - 1);
     let [filled, moment, square] = [filled, moment, square].map(f64x4::reduce_add);
     Around { pull: gather(pull), filled, moment, square }
 }
@@ -113,6 +116,9 @@ impl Operator {
             let id = store.id.get(i as usize).map_or(0, |&id| id as usize);
             free.get(i as usize).map_or(0.0, |free| free / model.liquids[model.body[id] as usize].rho)
         };
+        let scale = Scale::new(&kernel);
+        self.places.clear();
+        self.places.extend(pack.iter().map(|p| scale.place(p.x)));
         self.edge.measure(pass, pack, walls, &store.warm);
         self.rows.resize(n, Row::default());
         self.stored.resize(n.div_ceil(CHUNK), Stored::default());
@@ -153,25 +159,18 @@ impl Operator {
     }
 
     /// Changes of velocities over `dt` by pressures, times volumes \[m⁴/s\]; `pushed` are the products `q V` \[J\].
-    pub(crate) fn accelerate(
-        &mut self,
-        pass: &Pass<'_>,
-        walls: &Walls,
-        pack: &[Pack],
-        pushed: &[f32],
-        moved: &mut [f32x4],
-    ) {
-        let n = self.rows.len();
-        self.edge.press(pass, walls, pushed);
+    pub(crate) fn accelerate(&mut self, pass: &Pass<'_>, pack: &[Pack], pushed: &[f32], moved: &mut [f32x4]) {
+        let (n, scale) = (self.rows.len(), Scale::new(&pass.model.kernel.scaled()));
+        self.edge.press(pass, pushed);
         let mut nothing = vec![(); self.stored.len()];
-        let pressed = self.edge.pressed();
+        let (pressed, brims) = (self.edge.pressed(), self.edge.places());
         for_chunks(pass.parallel, &mut moved[..n], &mut nothing, &|c, moved, ()| {
-            let (mut liquid, mut solid) = (self.stored[c].liquid.rest(), self.stored[c].walls.rest());
+            let Stored { liquid, walls } = &self.stored[c];
             for (k, moved) in moved.iter_mut().enumerate() {
                 let i = c * CHUNK + k;
-                let (list, near, row) = (pass.lists.chunks()[c].row(k), walls.near(i), &self.rows[i]);
-                let by_liquid = along(list, liquid.row(list.len()), pushed);
-                let by_walls = along(near, solid.row(near.len()), pressed);
+                let (place, row) = (self.places[i], &self.rows[i]);
+                let by_liquid = liquid.row(k).along(&scale, place, &self.places, pushed);
+                let by_walls = walls.row(k).along(&scale, place, brims, pressed);
                 let (own, factor) = (f64::from(pushed[i]), -row.light * pass.dt);
                 // `q_i V_i G_i` holds the volume already.
                 let one =
@@ -182,32 +181,45 @@ impl Operator {
     }
 
     /// Rates of the filled shares \[1/s\] of particles whose velocities times volume are `moved`, and by the twists of rigid
-    /// partners, their own or those that pressures have given; and the mean around each of the fourth component of `moved`.
+    /// partners, their own or those that pressures have given.
     pub(crate) fn rates(
         &mut self,
         pass: &Pass<'_>,
-        walls: &Walls,
         pack: &[Pack],
         contacts: &Contacts,
         own: bool,
-        (moved, rates): (&[f32x4], &mut [[f64; 2]]),
+        (moved, rates): (&[f32x4], &mut [f64]),
     ) {
-        self.edge.squeeze(pass, walls, contacts, own, moved);
+        let scale = Scale::new(&pass.model.kernel.scaled());
+        self.edge.squeeze(pass, &self.places, contacts, own, moved);
         let mut nothing = vec![(); self.stored.len()];
         let back = self.edge.back();
         for_chunks(pass.parallel, rates, &mut nothing, &|c, rates, ()| {
-            let (mut liquid, mut solid) = (self.stored[c].liquid.rest(), self.stored[c].walls.rest());
+            let Stored { liquid, walls } = &self.stored[c];
             for (k, rate) in rates.iter_mut().enumerate() {
                 let i = c * CHUNK + k;
-                let (list, near, row) = (pass.lists.chunks()[c].row(k), walls.near(i), &self.rows[i]);
-                let [others, mean] = across(list, liquid.row(list.len()), moved);
-                let [.., by_walls] = along(near, solid.row(near.len()), back);
-                let [x, y, z, w] = moved[i].to_array().map(f64::from);
+                let row = &self.rows[i];
+                let others = liquid.row(k).across(&scale, self.places[i], &self.places, moved);
+                let by_walls = walls.row(k).over(&scale, |b| back[b]);
+                let [x, y, z, _] = moved[i].to_array().map(f64::from);
                 let own = dot([x, y, z], row.pull) / pack[i].volume;
-                *rate = [row.swell * (own - others + by_walls), mean + w * pass.model.kernel.scaled().weight(0.0)];
+                *rate = row.swell * (own - others + by_walls);
             }
         });
-        contacts.rates(own, |i, rate| rates[i][0] += self.rows[i].swell * rate);
+        contacts.rates(own, |i, rate| rates[i] += self.rows[i].swell * rate);
+    }
+
+    /// Means around each particle of the fourth component of `moved`.
+    pub(crate) fn means(&self, pass: &Pass<'_>, moved: &[f32x4], means: &mut [f64]) {
+        let kernel = pass.model.kernel.scaled();
+        let (scale, one) = (Scale::new(&kernel), kernel.weight(0.0));
+        let mut nothing = vec![(); self.stored.len()];
+        let of = |j: usize| moved[j].to_array()[3];
+        for_chunks(pass.parallel, means, &mut nothing, &|c, means, ()| {
+            for (k, mean) in means.iter_mut().enumerate() {
+                *mean = self.stored[c].liquid.row(k).over(&scale, of) + f64::from(of(c * CHUNK + k)) * one;
+            }
+        });
     }
 
     /// Accelerations by pressures, of which the packs hold `q`, exactly as partners book them; what static walls do; and the
