@@ -152,11 +152,7 @@ impl Walls {
         let entered = once(model, &rigid, &mut all);
         let search = |b: usize, list: &mut Vec<u32>| {
             let body = model.faces[all[b].face as usize].body as u32;
-            grid.near(x, all[b].x, reach, |i| {
-                if model.body[store.id[i] as usize] == body {
-                    list.push(i as u32);
-                }
-            });
+            grid.list(x, all[b].x, reach, |i| model.body[store.id[i] as usize] == body, list);
         };
         let mut found = Lists::default();
         found.make(all.len(), store.len(), parallel, &search);
