@@ -54,6 +54,59 @@ pub(crate) struct Pass<'a> {
     pub(crate) parallel: bool,
 }
 
+/// What a particle feels of the liquid around it: force, the viscous part of it \[N\] and power lost \[W\].
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Felt {
+    force: Vec3,
+    rubbed: Vec3,
+    lost: f64,
+}
+
+/// Sums over the neighbours of a particle of what viscosity and cohesion do.
+pub(crate) struct Rubs<'a> {
+    pass: &'a Pass<'a>,
+    store: &'a Store,
+    body: usize,
+    coheres: bool,
+    /// Over its volume.
+    rubbed: [f64x4; 3],
+    lost: f64x4,
+    pulled: [f64x4; 3],
+}
+
+impl<'a> Rubs<'a> {
+    /// Nothing yet.
+    #[inline]
+    pub(crate) fn new(pass: &'a Pass<'a>, store: &'a Store, own: &Pack, i: usize) -> Self {
+        let body = pass.model.body[store.id[i] as usize] as usize;
+        let coheres = pass.model.liquids[body].cohesion > 0.0 && own.volume > 0.0;
+        let zero = [f64x4::ZERO; 3];
+        Self { pass, store, body, coheres, rubbed: zero, lost: f64x4::ZERO, pulled: zero }
+    }
+
+    /// Adds four, with the slope of the kernel times their volumes.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call for every group of pairs costs a tenth of the pass")]
+    pub(crate) fn add(&mut self, kernel: &Kernel, others: &Four, j: &[u32], slope: f64x4) {
+        let approach = others.approach();
+        let rub = slope * drag(kernel, self.pass.viscosities(self.store, self.body, j), approach, others.square);
+        self.lost -= rub * approach;
+        self.rubbed = [0, 1, 2].map(|k| self.rubbed[k] + others.apart[k] * rub);
+        if self.coheres {
+            let pull = cohesion::pull(kernel, others.r) * self.pass.cohesions(self.store, self.body, j);
+            self.pulled = [0, 1, 2].map(|k| self.pulled[k] - others.apart[k] * pull);
+        }
+    }
+
+    /// All of it, with a force of pressure \[N\] and for a volume \[m³\].
+    #[inline]
+    pub(crate) fn felt(&self, pressed: Vec3, volume: f64) -> Felt {
+        let rubbed = scale(gather(self.rubbed), volume);
+        let force = add(add(pressed, rubbed), gather(self.pulled));
+        Felt { force, rubbed, lost: 0.5 * volume * self.lost.reduce_add() }
+    }
+}
+
 /// Softening of viscous pairs over h², and the factor with which the mean over all directions of a continuum has the
 /// viscosity `μ`: `10` without softening.
 const SOFT: f64 = 5.5 / 1.44;
@@ -108,44 +161,23 @@ impl Pass<'_> {
         });
     }
 
-    /// Accelerations \[m/s²\].
+    /// Accelerations \[m/s²\], of particles that feel so much of each other.
     pub(crate) fn accelerate(
         &self,
         store: &Store,
         pack: &[Pack],
         walls: &Walls,
-        acceleration: &mut [Vec3],
-        sums: &mut [Sums],
+        felt: impl Fn(usize) -> Felt + Sync,
+        (acceleration, sums): (&mut [Vec3], &mut [Sums]),
     ) {
         let model = self.model;
-        let kernel = model.kernel;
         for_chunks(self.parallel, acceleration, sums, &|c, acceleration, sums| {
             *sums = Sums::default();
             for (k, acceleration) in acceleration.iter_mut().enumerate() {
                 let i = c * CHUNK + k;
                 let id = store.id[i] as usize;
                 let (body, own, mass) = (model.body[id] as usize, &pack[i], model.mass[id]);
-                let coheres = model.liquids[body].cohesion > 0.0 && own.volume > 0.0;
-                let (mut force, mut lost, mut pulled) = ([f64x4::ZERO; 3], f64x4::ZERO, [f64x4::ZERO; 3]);
-                let mut rubbed = [f64x4::ZERO; 3];
-                let pressure = f64x4::splat(own.pressure);
-                for j in self.lists.chunks()[c].row(k).chunks_exact(LANES) {
-                    let others = Four::new(own, pack, j);
-                    let slope = kernel.slopes(others.r) * others.volume;
-                    let approach = others.approach();
-                    let shear = drag(&kernel, self.viscosities(store, body, j), approach, others.square);
-                    lost -= slope * shear * approach;
-                    let (along, rub) = (slope * (pressure + others.pressure), slope * shear);
-                    if coheres {
-                        let pull = cohesion::pull(&kernel, others.r) * self.cohesions(store, body, j);
-                        pulled = [0, 1, 2].map(|k| pulled[k] - others.apart[k] * pull);
-                    }
-                    force = [0, 1, 2].map(|k| force[k] - others.apart[k] * along);
-                    rubbed = [0, 1, 2].map(|k| rubbed[k] + others.apart[k] * rub);
-                }
-                let mut rubbed = scale(gather(rubbed), own.volume);
-                let mut force = add(add(scale(gather(force), own.volume), rubbed), gather(pulled));
-                let mut lost = 0.5 * own.volume * lost.reduce_add();
+                let Felt { mut force, mut rubbed, mut lost } = felt(i);
                 let touched = walls.near(i);
                 if !touched.is_empty() {
                     let by = walls.press(model, own, touched);
@@ -164,6 +196,21 @@ impl Pass<'_> {
                 sums.weight = sums.weight.plus(Wrench { linear: weight, angular: cross(own.x, weight) });
             }
         });
+    }
+
+    /// What a particle feels of the liquid around it.
+    pub(crate) fn feel(&self, store: &Store, pack: &[Pack], i: usize) -> Felt {
+        let (kernel, own) = (self.model.kernel, &pack[i]);
+        let mut rubs = Rubs::new(self, store, own, i);
+        let (mut force, pressure) = ([f64x4::ZERO; 3], f64x4::splat(own.pressure));
+        for j in self.lists.chunks()[i / CHUNK].row(i % CHUNK).chunks_exact(LANES) {
+            let others = Four::new(own, pack, j);
+            let slope = kernel.slopes(others.r) * others.volume;
+            rubs.add(&kernel, &others, j, slope);
+            let along = slope * (pressure + others.pressure);
+            force = [0, 1, 2].map(|k| force[k] - others.apart[k] * along);
+        }
+        rubs.felt(scale(gather(force), own.volume), own.volume)
     }
 
     /// Viscosities of four pairs: the harmonic mean, which keeps the shear stress continuous (Cleary and Monaghan 1999).

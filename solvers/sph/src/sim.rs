@@ -252,7 +252,7 @@ impl Course<'_> {
             pass.pack(store, &mut pack[..store.len()]);
             walls.extrapolate(&Liquids { model, pack, gravity: &gravity, parallel });
             walls.ease(&Liquids { model, pack, gravity: &gravity, parallel }, partners, *length);
-            pass.accelerate(store, pack, walls, acceleration, sums);
+            pass.accelerate(store, pack, walls, |i| pass.feel(store, pack, i), (acceleration, sums));
             walls.impulses(&Liquids { model, pack, gravity: &gravity, parallel }, acceleration, dt);
             partners.book(model, walls, dt);
             walls.refresh(model, partners);

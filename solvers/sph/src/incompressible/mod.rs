@@ -158,13 +158,15 @@ impl Projection {
             (pack.volume, pack.pressure) = (model.mass[id as usize] / rho, 0.0);
         }
         let driven = driven(model, parts.store, parts.end);
-        self.operator.hold(n, &driven);
+        self.operator.hold(model, parts.store, &driven);
         self.operator.measure(&parts.pass, parts.store, parts.pack, parts.walls);
         self.contacts.find(model, parts.walls, parts.partners, parts.pack, &self.operator.edge);
         self.operator.weigh(&mut self.contacts, parts.pack);
         parts.walls.extrapolate(&Liquids { model, pack: parts.pack, gravity: parts.pass.gravity, parallel });
         parts.walls.let_go();
-        parts.pass.accelerate(parts.store, parts.pack, parts.walls, parts.acceleration, parts.sums);
+        let felt = |i| self.operator.felt(i);
+        let found = (&mut *parts.acceleration, &mut *parts.sums);
+        parts.pass.accelerate(parts.store, parts.pack, parts.walls, felt, found);
         let liquids = Liquids { model, pack: parts.pack, gravity: parts.pass.gravity, parallel };
         parts.walls.impulses(&liquids, parts.acceleration, dt);
         self.contacts.rub(model, parts.walls, parts.partners, dt);
