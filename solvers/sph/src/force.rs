@@ -135,18 +135,34 @@ pub(crate) fn stored(stiffness: f64, rho: f64, ratio: f64) -> f64 {
     stiffness / rho * ((cube * cube - 1.0) / 6.0 + 1.0 / s - 1.0)
 }
 
+/// Volume \[m³\]: who is put aside acts on nobody.
+fn volume(mass: f64, _: &Liquid, rho: f64) -> f64 {
+    if rho > 0.0 { mass / rho } else { 0.0 }
+}
+
 impl Pass<'_> {
     /// Packs the particles with their pressures.
     pub(crate) fn pack(&self, store: &Store, pack: &mut [Pack]) {
-        self.fill(store, pack, |liquid, rho| pressure(liquid.stiffness, rho / liquid.rho));
+        self.fill(store, pack, volume, |liquid, rho| pressure(liquid.stiffness, rho / liquid.rho));
+    }
+
+    /// Packs the particles with their volumes at rest, without pressure.
+    pub(crate) fn rest(&self, store: &Store, pack: &mut [Pack]) {
+        self.fill(store, pack, |mass, liquid, _| mass / liquid.rho, |_, _| 0.0);
     }
 
     /// Packs the particles with their densities in the place of pressures.
     pub(crate) fn dense(&self, store: &Store, pack: &mut [Pack]) {
-        self.fill(store, pack, |_, rho| rho);
+        self.fill(store, pack, volume, |_, rho| rho);
     }
 
-    fn fill(&self, store: &Store, pack: &mut [Pack], shown: impl Fn(&Liquid, f64) -> f64 + Sync) {
+    fn fill(
+        &self,
+        store: &Store,
+        pack: &mut [Pack],
+        volume: impl Fn(f64, &Liquid, f64) -> f64 + Sync,
+        shown: impl Fn(&Liquid, f64) -> f64 + Sync,
+    ) {
         let mut nothing = vec![(); store.len().div_ceil(CHUNK)];
         for_chunks(self.parallel, pack, &mut nothing, &|c, pack, ()| {
             for (k, pack) in pack.iter_mut().enumerate() {
@@ -154,8 +170,7 @@ impl Pass<'_> {
                 let id = store.id[i] as usize;
                 let liquid = &self.model.liquids[self.model.body[id] as usize];
                 let rho = store.rho[i];
-                // Who is put aside acts on nobody.
-                let volume = if rho > 0.0 { self.model.mass[id] / rho } else { 0.0 };
+                let volume = volume(self.model.mass[id], liquid, rho);
                 *pack = Pack { x: store.x[i], volume, v: store.v[i], pressure: shown(liquid, rho) };
             }
         });
@@ -261,9 +276,12 @@ impl Pass<'_> {
                 }
             }
         });
-        for (pack, v) in pack.iter_mut().zip(&store.v) {
-            pack.v = *v;
-        }
+        let mut nothing = vec![(); sums.len()];
+        for_chunks(self.parallel, &mut pack[..store.v.len()], &mut nothing, &|c, pack, ()| {
+            for (pack, v) in pack.iter_mut().zip(&store.v[c * CHUNK..]) {
+                pack.v = *v;
+            }
+        });
     }
 
     /// Densities of the substep, from the velocities and places at its start.

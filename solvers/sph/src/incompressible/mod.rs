@@ -9,7 +9,7 @@
 //! What is full stays full, so its velocities are free of divergence; what is not may close its gaps. Density by summation
 //! corrects it only where it says that a place is fuller: slowly, because a place that is emptied by velocities gains energy.
 //!
-//! A particle-iteration reads about 1 kB: two passes over 60 pairs of 8 bytes (`pairs`).
+//! A particle-iteration reads about 1 kB, two passes over 60 pairs of 8 bytes (`pairs`), and costs about 570 cycles.
 //!
 //! The change of the filled share and the force of pressures are one operator and its transpose (`operator`, `wall`), so
 //! that a solution never gains energy. The twists of rigid partners are unknowns of it (`contact`): a light body is moved by
@@ -152,11 +152,7 @@ impl Projection {
         let (model, dt, parallel) = (parts.pass.model, parts.pass.dt, parts.pass.parallel);
         let n = parts.store.len();
         self.before.clone_from(&parts.store.v);
-        parts.pass.pack(parts.store, &mut parts.pack[..n]);
-        for (pack, &id) in parts.pack.iter_mut().zip(&parts.store.id) {
-            let rho = model.liquids[model.body[id as usize] as usize].rho;
-            (pack.volume, pack.pressure) = (model.mass[id as usize] / rho, 0.0);
-        }
+        parts.pass.rest(parts.store, &mut parts.pack[..n]);
         let driven = driven(model, parts.store, parts.end);
         self.operator.hold(model, parts.store, &driven);
         self.operator.measure(&parts.pass, parts.store, parts.pack, parts.walls);
