@@ -10,10 +10,10 @@
 use cosplat_core::boundary::{Vec3, Wrench, add, cross, dot, scale};
 use wide::f64x4;
 
-use crate::cohesion;
+use crate::felt::Felt;
 use crate::gates::is_here;
 use crate::kernel::Kernel;
-use crate::lanes::{Four, LANES, Pack, gather};
+use crate::lanes::{Four, LANES, Pack};
 use crate::model::{Liquid, Model};
 use crate::near::{CHUNK, Lists, for_chunks};
 use crate::store::Store;
@@ -52,59 +52,6 @@ pub(crate) struct Pass<'a> {
     pub(crate) gravity: &'a [Vec3],
     pub(crate) dt: f64,
     pub(crate) parallel: bool,
-}
-
-/// What a particle feels of the liquid around it: force, the viscous part of it \[N\] and power lost \[W\].
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Felt {
-    force: Vec3,
-    rubbed: Vec3,
-    lost: f64,
-}
-
-/// Sums over the neighbours of a particle of what viscosity and cohesion do.
-pub(crate) struct Rubs<'a> {
-    pass: &'a Pass<'a>,
-    store: &'a Store,
-    body: usize,
-    coheres: bool,
-    /// Over its volume.
-    rubbed: [f64x4; 3],
-    lost: f64x4,
-    pulled: [f64x4; 3],
-}
-
-impl<'a> Rubs<'a> {
-    /// Nothing yet.
-    #[inline]
-    pub(crate) fn new(pass: &'a Pass<'a>, store: &'a Store, own: &Pack, i: usize) -> Self {
-        let body = pass.model.body[store.id[i] as usize] as usize;
-        let coheres = pass.model.liquids[body].cohesion > 0.0 && own.volume > 0.0;
-        let zero = [f64x4::ZERO; 3];
-        Self { pass, store, body, coheres, rubbed: zero, lost: f64x4::ZERO, pulled: zero }
-    }
-
-    /// Adds four, with the slope of the kernel times their volumes.
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call for every group of pairs costs a tenth of the pass")]
-    pub(crate) fn add(&mut self, kernel: &Kernel, others: &Four, j: &[u32], slope: f64x4) {
-        let approach = others.approach();
-        let rub = slope * drag(kernel, self.pass.viscosities(self.store, self.body, j), approach, others.square);
-        self.lost -= rub * approach;
-        self.rubbed = [0, 1, 2].map(|k| self.rubbed[k] + others.apart[k] * rub);
-        if self.coheres {
-            let pull = cohesion::pull(kernel, others.r) * self.pass.cohesions(self.store, self.body, j);
-            self.pulled = [0, 1, 2].map(|k| self.pulled[k] - others.apart[k] * pull);
-        }
-    }
-
-    /// All of it, with a force of pressure \[N\] and for a volume \[m³\].
-    #[inline]
-    pub(crate) fn felt(&self, pressed: Vec3, volume: f64) -> Felt {
-        let rubbed = scale(gather(self.rubbed), volume);
-        let force = add(add(pressed, rubbed), gather(self.pulled));
-        Felt { force, rubbed, lost: 0.5 * volume * self.lost.reduce_add() }
-    }
 }
 
 /// Softening of viscous pairs over h², and the factor with which the mean over all directions of a continuum has the
@@ -213,24 +160,9 @@ impl Pass<'_> {
         });
     }
 
-    /// What a particle feels of the liquid around it.
-    pub(crate) fn feel(&self, store: &Store, pack: &[Pack], i: usize) -> Felt {
-        let (kernel, own) = (self.model.kernel, &pack[i]);
-        let mut rubs = Rubs::new(self, store, own, i);
-        let (mut force, pressure) = ([f64x4::ZERO; 3], f64x4::splat(own.pressure));
-        for j in self.lists.chunks()[i / CHUNK].row(i % CHUNK).chunks_exact(LANES) {
-            let others = Four::new(own, pack, j);
-            let slope = kernel.slopes(others.r) * others.volume;
-            rubs.add(&kernel, &others, j, slope);
-            let along = slope * (pressure + others.pressure);
-            force = [0, 1, 2].map(|k| force[k] - others.apart[k] * along);
-        }
-        rubs.felt(scale(gather(force), own.volume), own.volume)
-    }
-
     /// Viscosities of four pairs: the harmonic mean, which keeps the shear stress continuous (Cleary and Monaghan 1999).
     #[inline]
-    fn viscosities(&self, store: &Store, body: usize, j: &[u32]) -> f64x4 {
+    pub(crate) fn viscosities(&self, store: &Store, body: usize, j: &[u32]) -> f64x4 {
         self.mean(store, body, j, |l| l.viscosity)
     }
 
@@ -256,7 +188,7 @@ impl Pass<'_> {
 
     /// Factors of the pull of four pairs: nothing between different liquids, and none of nobody.
     #[inline]
-    fn cohesions(&self, store: &Store, body: usize, j: &[u32]) -> f64x4 {
+    pub(crate) fn cohesions(&self, store: &Store, body: usize, j: &[u32]) -> f64x4 {
         let of = |k: usize| {
             let j = j[k] as usize;
             let same = store.id.get(j).is_some_and(|&id| self.model.body[id as usize] as usize == body);

@@ -50,6 +50,7 @@
 
 mod aside;
 mod cohesion;
+mod felt;
 mod fill;
 mod force;
 mod frame;

@@ -9,7 +9,8 @@
 use cosplat_core::boundary::{Vec3, Wrench, add, cross, dot, scale};
 use wide::{f32x4, f64x4};
 
-use crate::force::{Felt, Pass, Rubs, Sums};
+use crate::felt::{Felt, Rubs};
+use crate::force::{Pass, Sums};
 use crate::incompressible::contact::Contacts;
 use crate::incompressible::pairs::{Pairs, Place, Scale};
 use crate::incompressible::wall::Edge;
