@@ -10,10 +10,10 @@
 use cosplat_core::boundary::{Vec3, Wrench, add, cross, dot, scale};
 use wide::f64x4;
 
-use crate::cohesion;
+use crate::felt::Felt;
 use crate::gates::is_here;
 use crate::kernel::Kernel;
-use crate::lanes::{Four, LANES, Pack, gather};
+use crate::lanes::{Four, LANES, Pack};
 use crate::model::{Liquid, Model};
 use crate::near::{CHUNK, Lists, for_chunks};
 use crate::store::Store;
@@ -82,18 +82,34 @@ pub(crate) fn stored(stiffness: f64, rho: f64, ratio: f64) -> f64 {
     stiffness / rho * ((cube * cube - 1.0) / 6.0 + 1.0 / s - 1.0)
 }
 
+/// Volume \[m³\]: who is put aside acts on nobody.
+fn volume(mass: f64, _: &Liquid, rho: f64) -> f64 {
+    if rho > 0.0 { mass / rho } else { 0.0 }
+}
+
 impl Pass<'_> {
     /// Packs the particles with their pressures.
     pub(crate) fn pack(&self, store: &Store, pack: &mut [Pack]) {
-        self.fill(store, pack, |liquid, rho| pressure(liquid.stiffness, rho / liquid.rho));
+        self.fill(store, pack, volume, |liquid, rho| pressure(liquid.stiffness, rho / liquid.rho));
+    }
+
+    /// Packs the particles with their volumes at rest, without pressure.
+    pub(crate) fn rest(&self, store: &Store, pack: &mut [Pack]) {
+        self.fill(store, pack, |mass, liquid, _| mass / liquid.rho, |_, _| 0.0);
     }
 
     /// Packs the particles with their densities in the place of pressures.
     pub(crate) fn dense(&self, store: &Store, pack: &mut [Pack]) {
-        self.fill(store, pack, |_, rho| rho);
+        self.fill(store, pack, volume, |_, rho| rho);
     }
 
-    fn fill(&self, store: &Store, pack: &mut [Pack], shown: impl Fn(&Liquid, f64) -> f64 + Sync) {
+    fn fill(
+        &self,
+        store: &Store,
+        pack: &mut [Pack],
+        volume: impl Fn(f64, &Liquid, f64) -> f64 + Sync,
+        shown: impl Fn(&Liquid, f64) -> f64 + Sync,
+    ) {
         let mut nothing = vec![(); store.len().div_ceil(CHUNK)];
         for_chunks(self.parallel, pack, &mut nothing, &|c, pack, ()| {
             for (k, pack) in pack.iter_mut().enumerate() {
@@ -101,51 +117,29 @@ impl Pass<'_> {
                 let id = store.id[i] as usize;
                 let liquid = &self.model.liquids[self.model.body[id] as usize];
                 let rho = store.rho[i];
-                // Who is put aside acts on nobody.
-                let volume = if rho > 0.0 { self.model.mass[id] / rho } else { 0.0 };
+                let volume = volume(self.model.mass[id], liquid, rho);
                 *pack = Pack { x: store.x[i], volume, v: store.v[i], pressure: shown(liquid, rho) };
             }
         });
     }
 
-    /// Accelerations \[m/s²\].
+    /// Accelerations \[m/s²\], of particles that feel so much of each other.
     pub(crate) fn accelerate(
         &self,
         store: &Store,
         pack: &[Pack],
         walls: &Walls,
-        acceleration: &mut [Vec3],
-        sums: &mut [Sums],
+        felt: impl Fn(usize) -> Felt + Sync,
+        (acceleration, sums): (&mut [Vec3], &mut [Sums]),
     ) {
         let model = self.model;
-        let kernel = model.kernel;
         for_chunks(self.parallel, acceleration, sums, &|c, acceleration, sums| {
             *sums = Sums::default();
             for (k, acceleration) in acceleration.iter_mut().enumerate() {
                 let i = c * CHUNK + k;
                 let id = store.id[i] as usize;
                 let (body, own, mass) = (model.body[id] as usize, &pack[i], model.mass[id]);
-                let coheres = model.liquids[body].cohesion > 0.0 && own.volume > 0.0;
-                let (mut force, mut lost, mut pulled) = ([f64x4::ZERO; 3], f64x4::ZERO, [f64x4::ZERO; 3]);
-                let mut rubbed = [f64x4::ZERO; 3];
-                let pressure = f64x4::splat(own.pressure);
-                for j in self.lists.chunks()[c].row(k).chunks_exact(LANES) {
-                    let others = Four::new(own, pack, j);
-                    let slope = kernel.slopes(others.r) * others.volume;
-                    let approach = others.approach();
-                    let shear = drag(&kernel, self.viscosities(store, body, j), approach, others.square);
-                    lost -= slope * shear * approach;
-                    let (along, rub) = (slope * (pressure + others.pressure), slope * shear);
-                    if coheres {
-                        let pull = cohesion::pull(&kernel, others.r) * self.cohesions(store, body, j);
-                        pulled = [0, 1, 2].map(|k| pulled[k] - others.apart[k] * pull);
-                    }
-                    force = [0, 1, 2].map(|k| force[k] - others.apart[k] * along);
-                    rubbed = [0, 1, 2].map(|k| rubbed[k] + others.apart[k] * rub);
-                }
-                let mut rubbed = scale(gather(rubbed), own.volume);
-                let mut force = add(add(scale(gather(force), own.volume), rubbed), gather(pulled));
-                let mut lost = 0.5 * own.volume * lost.reduce_add();
+                let Felt { mut force, mut rubbed, mut lost } = felt(i);
                 let touched = walls.near(i);
                 if !touched.is_empty() {
                     let by = walls.press(model, own, touched);
@@ -168,7 +162,7 @@ impl Pass<'_> {
 
     /// Viscosities of four pairs: the harmonic mean, which keeps the shear stress continuous (Cleary and Monaghan 1999).
     #[inline]
-    fn viscosities(&self, store: &Store, body: usize, j: &[u32]) -> f64x4 {
+    pub(crate) fn viscosities(&self, store: &Store, body: usize, j: &[u32]) -> f64x4 {
         self.mean(store, body, j, |l| l.viscosity)
     }
 
@@ -194,7 +188,7 @@ impl Pass<'_> {
 
     /// Factors of the pull of four pairs: nothing between different liquids, and none of nobody.
     #[inline]
-    fn cohesions(&self, store: &Store, body: usize, j: &[u32]) -> f64x4 {
+    pub(crate) fn cohesions(&self, store: &Store, body: usize, j: &[u32]) -> f64x4 {
         let of = |k: usize| {
             let j = j[k] as usize;
             let same = store.id.get(j).is_some_and(|&id| self.model.body[id as usize] as usize == body);
@@ -214,9 +208,12 @@ impl Pass<'_> {
                 }
             }
         });
-        for (pack, v) in pack.iter_mut().zip(&store.v) {
-            pack.v = *v;
-        }
+        let mut nothing = vec![(); sums.len()];
+        for_chunks(self.parallel, &mut pack[..store.v.len()], &mut nothing, &|c, pack, ()| {
+            for (pack, v) in pack.iter_mut().zip(&store.v[c * CHUNK..]) {
+                pack.v = *v;
+            }
+        });
     }
 
     /// Densities of the substep, from the velocities and places at its start.

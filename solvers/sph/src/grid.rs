@@ -9,6 +9,9 @@ const MOST_CELLS: f64 = 1e6;
 /// 4.9 times with cells as wide as the reach (means over places; without leaving out what is too far in a row, 6.4).
 const FINENESS: f64 = 0.5;
 
+/// Places by which a list grows beyond what it may need at once.
+const ROOM: usize = 64;
+
 /// Particles by cell, x running fastest, so that neighbouring cells in a row are one run.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Grid {
@@ -77,6 +80,33 @@ impl Grid {
         });
     }
 
+    /// Adds to a list every particle closer than `reach` to `x` that is `wanted`, in rising order.
+    #[inline]
+    pub(crate) fn list(
+        &self,
+        sorted: &[Vec3],
+        x: Vec3,
+        reach: f64,
+        wanted: impl Fn(usize) -> bool,
+        list: &mut Vec<u32>,
+    ) {
+        let (square, mut end) = (reach * reach, list.len());
+        self.rows(x, reach, |from, to| {
+            if list.len() < end + to - from {
+                list.resize(end + to - from + ROOM, 0);
+            }
+            let (room, mut count) = (&mut list[end..], 0);
+            for (i, &other) in sorted[from..to].iter().enumerate() {
+                let apart = sub(x, other);
+                // Written whether it is near or not: a branch, which goes either way, would be foretold badly.
+                room[count] = (from + i) as u32;
+                count += usize::from((dot(apart, apart) < square) & wanted(from + i));
+            }
+            end += count;
+        });
+        list.truncate(end);
+    }
+
     /// Calls `found` with the runs of particles in the cells that are within `reach` of `x`.
     #[inline]
     fn rows(&self, x: Vec3, reach: f64, mut found: impl FnMut(usize, usize)) {
@@ -126,6 +156,10 @@ mod tests {
             let close = |x: &Vec3| dot(sub(*x, probe), sub(*x, probe)) < 0.04;
             let expected: Vec<usize> = (0..sorted.len()).filter(|&i| close(&sorted[i])).collect();
             assert_eq!(found, expected, "{probe:?}");
+            let mut listed = vec![7];
+            grid.list(&sorted, probe, 0.2, |i| i % 3 > 0, &mut listed);
+            let wanted = expected.iter().filter(|&i| i % 3 > 0).map(|&i| i as u32);
+            assert_eq!(listed, std::iter::once(7).chain(wanted).collect::<Vec<_>>(), "{probe:?}");
         }
         Grid::new(&[], 0.1).0.near(&[], [0.0; 3], 0.1, |_| panic!("nothing is there"));
     }

@@ -35,9 +35,12 @@ pub(crate) struct Four {
 
 impl Four {
     /// Those with the numbers `j`, of which there are four, seen from `own`.
-    #[inline]
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call for every group of pairs costs a tenth of a pass")]
     pub(crate) fn new(own: &Pack, pack: &[Pack], j: &[u32]) -> Self {
-        let [a, b, c, d] = [0, 1, 2, 3].map(|k| &pack[j[k] as usize]);
+        // Written out: a map over an array is not always inlined.
+        let at = |k: usize| &pack[j[k] as usize];
+        let (a, b, c, d) = (at(0), at(1), at(2), at(3));
         let lanes = |f: &dyn Fn(&Pack) -> f64| f64x4::new([f(a), f(b), f(c), f(d)]);
         let apart = [0, 1, 2].map(|k| f64x4::splat(own.x[k]) - f64x4::new([a.x[k], b.x[k], c.x[k], d.x[k]]));
         let relative = [0, 1, 2].map(|k| f64x4::splat(own.v[k]) - f64x4::new([a.v[k], b.v[k], c.v[k], d.v[k]]));
@@ -70,7 +73,7 @@ impl Kernel {
     }
 
     #[inline]
-    fn inside(&self, r: f64x4) -> f64x4 {
+    pub(crate) fn inside(&self, r: f64x4) -> f64x4 {
         (f64x4::ONE - r * f64x4::splat(self.half_inverse)).fast_max(f64x4::ZERO)
     }
 }
@@ -78,5 +81,6 @@ impl Kernel {
 /// Adds four vectors.
 #[inline]
 pub(crate) fn gather(sum: [f64x4; 3]) -> Vec3 {
-    sum.map(f64x4::reduce_add)
+    // Written out: a map over an array is not always inlined.
+    [sum[0].reduce_add(), sum[1].reduce_add(), sum[2].reduce_add()]
 }

@@ -51,6 +51,7 @@
 mod aside;
 mod cohesion;
 mod cut;
+mod felt;
 mod fill;
 mod force;
 mod frame;

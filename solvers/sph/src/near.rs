@@ -109,9 +109,5 @@ pub(crate) fn for_chunks<T: Send, U: Send>(
 
 /// Everything nearer than `reach` to a particle, itself left out.
 pub(crate) fn around(grid: &Grid, x: &[Vec3], i: usize, reach: f64, list: &mut Vec<u32>) {
-    grid.near(x, x[i], reach, |j| {
-        if j != i {
-            list.push(j as u32);
-        }
-    });
+    grid.list(x, x[i], reach, |j| j != i, list);
 }

@@ -9,7 +9,7 @@ use crate::grid::Grid;
 use crate::incompressible::{self, Parts, Projection, Solved};
 use crate::lanes::Pack;
 use crate::model::Model;
-use crate::near::{CHUNK, Lists, around};
+use crate::near::{CHUNK, Lists, around, for_chunks};
 use crate::params::Pressure;
 use crate::partner::Partners;
 use crate::store::{Listed, Store};
@@ -252,7 +252,7 @@ impl Course<'_> {
             pass.pack(store, &mut pack[..store.len()]);
             walls.extrapolate(&Liquids { model, pack, gravity: &gravity, parallel });
             walls.ease(&Liquids { model, pack, gravity: &gravity, parallel }, partners, *length);
-            pass.accelerate(store, pack, walls, acceleration, sums);
+            pass.accelerate(store, pack, walls, |i| pass.feel(store, pack, i), (acceleration, sums));
             walls.impulses(&Liquids { model, pack, gravity: &gravity, parallel }, acceleration, dt);
             partners.book(model, walls, dt);
             walls.refresh(model, partners);
@@ -263,9 +263,12 @@ impl Course<'_> {
             let driven = driven(model, store, *start + time + dt);
             drive(model, store, pack, books, &driven);
         }
-        for (x, v) in store.x.iter_mut().zip(&store.v) {
-            *x = cosplat_core::boundary::add(*x, scale(*v, dt));
-        }
+        let Store { x, v, .. } = &mut **store;
+        for_chunks(parallel, x, &mut vec![(); sums.len()], &|c, x, ()| {
+            for (x, v) in x.iter_mut().zip(&v[c * CHUNK..]) {
+                *x = cosplat_core::boundary::add(*x, scale(*v, dt));
+            }
+        });
         partners.drift(dt);
         let (mut speed, mut most) = (0.0, 0.0);
         for sum in sums.iter() {

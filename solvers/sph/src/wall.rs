@@ -152,11 +152,7 @@ impl Walls {
         let entered = once(model, &rigid, &mut all);
         let search = |b: usize, list: &mut Vec<u32>| {
             let body = model.faces[all[b].face as usize].body as u32;
-            grid.near(x, all[b].x, reach, |i| {
-                if model.body[store.id[i] as usize] == body {
-                    list.push(i as u32);
-                }
-            });
+            grid.list(x, all[b].x, reach, |i| model.body[store.id[i] as usize] == body, list);
         };
         let mut found = Lists::default();
         found.make(all.len(), store.len(), parallel, &search);
@@ -297,13 +293,16 @@ impl Walls {
         let mut rubbed = [f64x4::ZERO; 3];
         for b in near.chunks_exact(LANES) {
             let others = Four::new(own, &self.seen, b);
-            let rubs = [0, 1, 2, 3].map(|k| self.rubs[b[k] as usize]);
-            let viscosity = f64x4::new(rubs.map(|r| r[0]));
+            let rubs = {
+                let rub = |k: usize| self.rubs[b[k] as usize];
+                [rub(0), rub(1), rub(2), rub(3)]
+            };
+            let viscosity = f64x4::new([rubs[0][0], rubs[1][0], rubs[2][0], rubs[3][0]]);
             let slope = model.kernel.slopes(others.r) * (others.volume * f64x4::splat(own.volume));
             let shear = drag(&model.kernel, viscosity, others.approach(), others.square);
             let along = slope * (shear - f64x4::splat(own.pressure) - others.pressure);
             let force = others.apart.map(|a| a * along);
-            let of_partner = f64x4::new(rubs.map(|r| r[1]));
+            let of_partner = f64x4::new([rubs[0][1], rubs[1][1], rubs[2][1], rubs[3][1]]);
             all = [0, 1, 2].map(|k| all[k] + force[k]);
             partners = [0, 1, 2].map(|k| partners[k] + force[k] * of_partner);
             if rubs.iter().any(|r| r[0] > 0.0) {

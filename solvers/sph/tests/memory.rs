@@ -41,11 +41,11 @@ fn a_particle_takes_what_is_kept_of_it() {
     // Identity, position, velocity, density and where it was listed; body, mass and start, and place and volume as it was
     // filled, whose memory stays with the process; pack, acceleration and the next density.
     let (state, fixed, work) = (4 + 24 + 24 + 8 + 24, 4 + 8 + 24 + 24 + 8, 64 + 24 + 8);
-    // Warm pressure; velocity before, row, whether it is free, velocity and rates before pressure, base; trial, pushed,
-    // moved and rates.
-    let more = 8 + 24 + 72 + 8 + 16 + 16 + 8 + 32 + 4 + 16 + 16;
+    // Warm pressure; velocity before, row, what it feels, whether it is free, place, velocity, rate and mean before pressure,
+    // base; trial, pushed, moved and rate.
+    let more = 8 + 24 + 72 + 56 + 8 + 16 + 16 + 8 + 8 + 8 + 32 + 4 + 16 + 8;
     let weak = f64::from(state + fixed + work) + 4.0 * neighbours();
-    let kept = weak + f64::from(more) + 16.0 * neighbours();
+    let kept = weak + f64::from(more) + 8.0 * neighbours();
     // What all runs share is there before: a pool of threads and the code.
     drop(held(13, "dfsph"));
     let (Some((_one, found_weak)), Some((_other, found))) = (held(SIDE, "wcsph"), held(SIDE, "dfsph")) else {

@@ -9,12 +9,14 @@
 use cosplat_core::boundary::{Vec3, Wrench, add, cross, dot, scale};
 use wide::{f32x4, f64x4};
 
+use crate::felt::{Felt, Rubs};
 use crate::force::{Pass, Sums};
 use crate::incompressible::contact::Contacts;
-use crate::incompressible::pairs::{Pairs, across, along};
+use crate::incompressible::pairs::{Pairs, Place, Scale};
 use crate::incompressible::wall::Edge;
 use crate::kernel::Kernel;
 use crate::lanes::{Four, LANES, Pack, gather};
+use crate::model::Model;
 use crate::near::{CHUNK, for_chunks};
 use crate::store::Store;
 use crate::wall::Walls;
@@ -40,11 +42,12 @@ pub(crate) struct Row {
     pub(crate) swell: f64,
 }
 
-/// Pairs of a chunk, with the liquid and with boundary particles.
+/// Pairs of a chunk, with the liquid and with boundary particles, and what its particles feel without pressure.
 #[derive(Clone, Debug, Default)]
 struct Stored {
     liquid: Pairs,
     walls: Pairs,
+    felt: Vec<Felt>,
 }
 
 /// Gradients of the kernel over one substep.
@@ -53,8 +56,10 @@ pub(crate) struct Operator {
     pub(crate) rows: Vec<Row>,
     pub(crate) edge: Edge,
     stored: Vec<Stored>,
-    /// Whether pressure moves each particle, as 1: not what is driven.
-    free: Vec<f64>,
+    /// Where each particle is, and nobody.
+    places: Vec<Place>,
+    /// Volume over mass of what pressure moves \[m³/kg\], 0 of what is driven; then nobody's.
+    light: Vec<f64>,
 }
 
 /// Sums over pairs with the liquid or with boundary particles.
@@ -67,7 +72,8 @@ struct Around {
     square: f64,
 }
 
-/// Sums over the pairs of `own` with a list, which are kept; `light` is what moves of a neighbour \[m³/kg\].
+/// Sums over the pairs of `own` with a list, which are kept; `light` is what moves of a neighbour \[m³/kg\], and `also` takes
+/// four with the slope of the kernel times their volumes.
 #[inline]
 fn around(
     kernel: &Kernel,
@@ -76,54 +82,63 @@ fn around(
     list: &[u32],
     light: impl Fn(u32) -> f64,
     kept: &mut Pairs,
+    mut also: impl FnMut(&Four, &[u32], f64x4),
 ) -> Around {
     let (mut pull, mut filled) = ([f64x4::ZERO; 3], f64x4::ZERO);
     let (mut moment, mut square) = (f64x4::ZERO, f64x4::ZERO);
     for j in list.chunks_exact(LANES) {
         let others = Four::new(own, packs, j);
         let (slope, weight) = (kernel.slopes(others.r), kernel.weights(others.r));
-        let gradient = others.apart.map(|a| a * slope);
+        let all = others.volume * slope;
         filled += others.volume * weight;
-        pull = [0, 1, 2].map(|k| pull[k] + others.volume * gradient[k]);
-        let length = others.volume * slope * others.square;
+        pull = [0, 1, 2].map(|k| pull[k] + others.apart[k] * all);
+        let length = all * others.square;
         moment -= length;
-        square += f64x4::new([0, 1, 2, 3].map(|l| light(j[l]))) * length * slope;
-        kept.push(gradient, weight);
+        also(&others, j, all);
+        square += f64x4::new([light(j[0]), light(j[1]), light(j[2]), light(j[3])]) * length * slope;
+        kept.push(j, kernel.inside(others.r));
     }
+    kept.end(packs.len() - 1);
     let [filled, moment, square] = [filled, moment, square].map(f64x4::reduce_add);
     Around { pull: gather(pull), filled, moment, square }
 }
 
 impl Operator {
-    /// Says who is driven at a velocity of its own.
-    pub(crate) fn hold(&mut self, count: usize, driven: &[(usize, Vec3)]) {
-        self.free.clear();
-        self.free.resize(count, 1.0);
+    /// Says how light each particle is, and who is driven at a velocity of its own.
+    pub(crate) fn hold(&mut self, model: &Model, store: &Store, driven: &[(usize, Vec3)]) {
+        let light = store.id.iter().map(|&id| 1.0 / model.liquids[model.body[id as usize] as usize].rho);
+        self.light.clear();
+        self.light.extend(light.chain([0.0]));
         for &(i, _) in driven {
-            self.free[i] = 0.0;
+            self.light[i] = 0.0;
         }
     }
 
-    /// Measures all that depends on the places alone.
+    /// Measures all that depends on the places alone, and what particles feel without pressure: both need the distances.
     pub(crate) fn measure(&mut self, pass: &Pass<'_>, store: &Store, pack: &[Pack], walls: &Walls) {
         let (model, kernel) = (pass.model, pass.model.kernel.scaled());
         let n = store.len();
-        let free = &self.free;
-        let light = |i: u32| {
-            let id = store.id.get(i as usize).map_or(0, |&id| id as usize);
-            free.get(i as usize).map_or(0.0, |free| free / model.liquids[model.body[id] as usize].rho)
-        };
+        let light = |i: u32| self.light[i as usize];
+        // Forces of viscosity have the kernel as it is.
+        let (scale, plain) = (Scale::new(&kernel), model.kernel.slope / kernel.slope);
+        self.places.clear();
+        self.places.extend(pack.iter().map(|p| scale.place(p.x)));
         self.edge.measure(pass, pack, walls, &store.warm);
         self.rows.resize(n, Row::default());
         self.stored.resize(n.div_ceil(CHUNK), Stored::default());
         for_chunks(pass.parallel, &mut self.rows, &mut self.stored, &|c, rows, stored| {
             stored.liquid.clear(pass.lists.chunks()[c].len());
+            stored.felt.clear();
             stored.walls.clear((0..rows.len()).map(|k| walls.near(c * CHUNK + k).len()).sum());
             for (k, row) in rows.iter_mut().enumerate() {
                 let i = c * CHUNK + k;
                 let own = &pack[i];
-                let liquid = around(&kernel, own, pack, pass.lists.chunks()[c].row(k), light, &mut stored.liquid);
-                let solid = around(&kernel, own, walls.packs(), walls.near(i), |_| 0.0, &mut stored.walls);
+                let (list, mut rubs) = (pass.lists.chunks()[c].row(k), Rubs::new(pass, store, own, i));
+                let rub = |others: &Four, j: &[u32], slope| rubs.add(&kernel, others, j, slope);
+                let liquid = around(&kernel, own, pack, list, light, &mut stored.liquid, rub);
+                let nothing = |_: &Four, _: &[u32], _| ();
+                let solid = around(&kernel, own, walls.packs(), walls.near(i), |_| 0.0, &mut stored.walls, nothing);
+                stored.felt.push(rubs.felt([0.0; 3], own.volume * plain));
                 let pull = add(liquid.pull, solid.pull);
                 // The pressure of a boundary particle follows: about as if its gradient counted twice.
                 let twice = add(pull, solid.pull);
@@ -145,6 +160,11 @@ impl Operator {
         });
     }
 
+    /// What a particle feels without pressure.
+    pub(crate) fn felt(&self, i: usize) -> Felt {
+        self.stored[i / CHUNK].felt[i % CHUNK]
+    }
+
     /// Adds to the diagonal what rigid partners would answer, as a bound over the row: a light one answers to all that
     /// press it at once.
     pub(crate) fn weigh(&mut self, contacts: &mut Contacts, pack: &[Pack]) {
@@ -153,25 +173,18 @@ impl Operator {
     }
 
     /// Changes of velocities over `dt` by pressures, times volumes \[m⁴/s\]; `pushed` are the products `q V` \[J\].
-    pub(crate) fn accelerate(
-        &mut self,
-        pass: &Pass<'_>,
-        walls: &Walls,
-        pack: &[Pack],
-        pushed: &[f32],
-        moved: &mut [f32x4],
-    ) {
-        let n = self.rows.len();
-        self.edge.press(pass, walls, pushed);
+    pub(crate) fn accelerate(&mut self, pass: &Pass<'_>, pack: &[Pack], pushed: &[f32], moved: &mut [f32x4]) {
+        let (n, scale) = (self.rows.len(), Scale::new(&pass.model.kernel.scaled()));
+        self.edge.press(pass, pushed);
         let mut nothing = vec![(); self.stored.len()];
-        let pressed = self.edge.pressed();
+        let (pressed, brims) = (self.edge.pressed(), self.edge.places());
         for_chunks(pass.parallel, &mut moved[..n], &mut nothing, &|c, moved, ()| {
-            let (mut liquid, mut solid) = (self.stored[c].liquid.rest(), self.stored[c].walls.rest());
+            let Stored { liquid, walls, .. } = &self.stored[c];
             for (k, moved) in moved.iter_mut().enumerate() {
                 let i = c * CHUNK + k;
-                let (list, near, row) = (pass.lists.chunks()[c].row(k), walls.near(i), &self.rows[i]);
-                let by_liquid = along(list, liquid.row(list.len()), pushed);
-                let by_walls = along(near, solid.row(near.len()), pressed);
+                let (place, row) = (self.places[i], &self.rows[i]);
+                let by_liquid = liquid.row(k).along(&scale, place, &self.places, pushed);
+                let by_walls = walls.row(k).along(&scale, place, brims, pressed);
                 let (own, factor) = (f64::from(pushed[i]), -row.light * pass.dt);
                 // `q_i V_i G_i` holds the volume already.
                 let one =
@@ -182,32 +195,45 @@ impl Operator {
     }
 
     /// Rates of the filled shares \[1/s\] of particles whose velocities times volume are `moved`, and by the twists of rigid
-    /// partners, their own or those that pressures have given; and the mean around each of the fourth component of `moved`.
+    /// partners, their own or those that pressures have given.
     pub(crate) fn rates(
         &mut self,
         pass: &Pass<'_>,
-        walls: &Walls,
         pack: &[Pack],
         contacts: &Contacts,
         own: bool,
-        (moved, rates): (&[f32x4], &mut [[f64; 2]]),
+        (moved, rates): (&[f32x4], &mut [f64]),
     ) {
-        self.edge.squeeze(pass, walls, contacts, own, moved);
+        let scale = Scale::new(&pass.model.kernel.scaled());
+        self.edge.squeeze(pass, &self.places, contacts, own, moved);
         let mut nothing = vec![(); self.stored.len()];
         let back = self.edge.back();
         for_chunks(pass.parallel, rates, &mut nothing, &|c, rates, ()| {
-            let (mut liquid, mut solid) = (self.stored[c].liquid.rest(), self.stored[c].walls.rest());
+            let Stored { liquid, walls, .. } = &self.stored[c];
             for (k, rate) in rates.iter_mut().enumerate() {
                 let i = c * CHUNK + k;
-                let (list, near, row) = (pass.lists.chunks()[c].row(k), walls.near(i), &self.rows[i]);
-                let [others, mean] = across(list, liquid.row(list.len()), moved);
-                let [.., by_walls] = along(near, solid.row(near.len()), back);
-                let [x, y, z, w] = moved[i].to_array().map(f64::from);
+                let row = &self.rows[i];
+                let others = liquid.row(k).across(&scale, self.places[i], &self.places, moved);
+                let by_walls = walls.row(k).over(&scale, |b| back[b]);
+                let [x, y, z, _] = moved[i].to_array().map(f64::from);
                 let own = dot([x, y, z], row.pull) / pack[i].volume;
-                *rate = [row.swell * (own - others + by_walls), mean + w * pass.model.kernel.scaled().weight(0.0)];
+                *rate = row.swell * (own - others + by_walls);
             }
         });
-        contacts.rates(own, |i, rate| rates[i][0] += self.rows[i].swell * rate);
+        contacts.rates(own, |i, rate| rates[i] += self.rows[i].swell * rate);
+    }
+
+    /// Means around each particle of the fourth component of `moved`.
+    pub(crate) fn means(&self, pass: &Pass<'_>, moved: &[f32x4], means: &mut [f64]) {
+        let kernel = pass.model.kernel.scaled();
+        let (scale, one) = (Scale::new(&kernel), kernel.weight(0.0));
+        let mut nothing = vec![(); self.stored.len()];
+        let of = |j: usize| moved[j].to_array()[3];
+        for_chunks(pass.parallel, means, &mut nothing, &|c, means, ()| {
+            for (k, mean) in means.iter_mut().enumerate() {
+                *mean = self.stored[c].liquid.row(k).over(&scale, of) + f64::from(of(c * CHUNK + k)) * one;
+            }
+        });
     }
 
     /// Accelerations by pressures, of which the packs hold `q`, exactly as partners book them; what static walls do; and the

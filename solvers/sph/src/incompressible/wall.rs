@@ -7,7 +7,7 @@ use wide::{f32x4, f64x4};
 
 use crate::force::Pass;
 use crate::incompressible::contact::Contacts;
-use crate::incompressible::pairs::{Pairs, across, along};
+use crate::incompressible::pairs::{Pairs, Place, Scale};
 use crate::kernel::Kernel;
 use crate::lanes::{Four, LANES, Pack, gather};
 use crate::near::{CHUNK, for_chunks};
@@ -35,8 +35,9 @@ pub(crate) struct Edge {
     kernel: Option<Kernel>,
     /// The last one is nobody.
     pub(crate) brims: Vec<Brim>,
-    /// Gradients at the liquid and weights, in the order of the boundary particles' lists.
+    /// Pairs with the liquid, and where each is, and nobody.
     pairs: Vec<Pairs>,
+    places: Vec<Place>,
     /// Pressures times volume, or what goes back, of each and of nobody.
     pressed: Vec<f32>,
     back: Vec<f32>,
@@ -52,6 +53,9 @@ impl Edge {
         self.brims.clear();
         self.brims.resize(count + 1, Brim::default());
         self.pairs.resize(count.div_ceil(CHUNK), Pairs::default());
+        let scaled = Scale::new(&kernel);
+        self.places.clear();
+        self.places.extend(own.iter().map(|p| scaled.place(p.x)));
         for_chunks(pass.parallel, &mut self.brims[..count], &mut self.pairs, &|c, brims, pairs| {
             pairs.clear(walls.lists().chunks()[c].len());
             for (k, brim) in brims.iter_mut().enumerate() {
@@ -70,8 +74,9 @@ impl Edge {
                     let [a, b, c] = [0, 1, 2].map(|k| others.apart[k] * weight_of[k]);
                     column += others.volume * weight * (a + b + c);
                     pull = [0, 1, 2].map(|k| pull[k] + others.volume * g[k]);
-                    pairs.push(g, weight);
+                    pairs.push(i, kernel.inside(others.r));
                 }
+                pairs.end(pack.len() - 1);
                 let sum = sum.reduce_add();
                 let one = if sum > 0.0 { 1.0 / sum } else { 0.0 };
                 // A liquid never pulls: only what was pressed in the last substep has a hydrostatic share.
@@ -88,6 +93,11 @@ impl Edge {
     /// Pressures times volume of each and of nobody.
     pub(crate) fn pressed(&self) -> &[f32] {
         &self.pressed
+    }
+
+    /// Where each is, and nobody.
+    pub(crate) fn places(&self) -> &[Place] {
+        &self.places
     }
 
     /// What goes back from each and from nobody, over its weight.
@@ -115,15 +125,13 @@ impl Edge {
     }
 
     /// Their pressures, where those of the liquid times volume are `pushed` \[J\].
-    pub(crate) fn press(&mut self, pass: &Pass<'_>, walls: &Walls, pushed: &[f32]) {
-        let count = walls.pieces.len();
+    pub(crate) fn press(&mut self, pass: &Pass<'_>, pushed: &[f32]) {
+        let (count, scale) = (self.brims.len() - 1, Scale::new(&pass.model.kernel.scaled()));
         let pairs = &self.pairs;
         let mut nothing = vec![(); pairs.len()];
         for_chunks(pass.parallel, &mut self.brims[..count], &mut nothing, &|c, brims, ()| {
-            let mut rest = pairs[c].rest();
             for (k, brim) in brims.iter_mut().enumerate() {
-                let list = walls.lists().chunks()[c].row(k);
-                let [.., sum] = along(list, rest.row(list.len()), pushed);
+                let sum = pairs[c].row(k).over(&scale, |i| pushed[i]);
                 brim.pushed = brim.volume * (brim.one * sum + brim.offset);
             }
         });
@@ -132,16 +140,21 @@ impl Edge {
     }
 
     /// How their filled shares change, where the velocities of the liquid times volume are `moved` \[m⁴/s\].
-    pub(crate) fn squeeze(&mut self, pass: &Pass<'_>, walls: &Walls, contacts: &Contacts, own: bool, moved: &[f32x4]) {
-        let count = walls.pieces.len();
-        let pairs = &self.pairs;
+    pub(crate) fn squeeze(
+        &mut self,
+        pass: &Pass<'_>,
+        liquid: &[Place],
+        contacts: &Contacts,
+        own: bool,
+        moved: &[f32x4],
+    ) {
+        let (count, scale) = (self.brims.len() - 1, Scale::new(&pass.model.kernel.scaled()));
+        let Self { pairs, places, .. } = self;
         let mut nothing = vec![(); pairs.len()];
         for_chunks(pass.parallel, &mut self.brims[..count], &mut nothing, &|c, brims, ()| {
-            let mut rest = pairs[c].rest();
             for (k, brim) in brims.iter_mut().enumerate() {
-                let list = walls.lists().chunks()[c].row(k);
-                // Towards a boundary particle the gradient at the liquid points away: approach counts as it does there.
-                let [sum, _] = across(list, rest.row(list.len()), moved);
+                // Seen from the liquid, where the gradient points the other way.
+                let sum = -pairs[c].row(k).across(&scale, places[c * CHUNK + k], liquid, moved);
                 brim.back = brim.volume * brim.one * sum;
             }
         });
