@@ -238,3 +238,18 @@ fn where_contact_left_a_leaf_belongs_to_the_state() {
         assert_eq!(other.bytes(), run.bytes());
     }
 }
+
+#[test]
+fn substeps_follow_samples_that_are_faster_than_the_silk() {
+    let flight = Flight { areal: 0.5, tilt: 60.0, spin: 0.0, held: false, window: 2e-3 };
+    let (mut run, leaf) = (silk(&flight, 1), Leaf::new(&flight));
+    run.plugin
+        .connect(&[PartnerSetup { interface: 1, statics: SampleStatics::equal(COUNT, leaf.mass) }])
+        .expect("a partner");
+    let samples = Samples { position: leaf.x, velocity: leaf.v, normal: vec![[0.0, 0.0, 1.0]; COUNT] };
+    let now = BoundaryState::Samples(samples);
+    let input = PartnerInput { interface: 1, rule: MotionRule::Linear, now, next: None, length_s: flight.window };
+    let out = run.step_with(&Inputs { partners: vec![input], impulses: Vec::new() }).expect("a step");
+    // 0.3 of a spacing in each; substeps of the silk at rest would be 8.
+    assert_eq!(out.report.substeps, (flight.window * SPEED / (0.3 * SPACING)).ceil() as u64);
+}
