@@ -161,6 +161,11 @@ impl Lame {
         }
     }
 
+    /// Young's modulus `μ (3λ + 2μ)/(λ + μ)` \[Pa\].
+    pub fn youngs_modulus_pa(self) -> f64 {
+        self.mu_pa * (3.0 * self.lambda_pa + 2.0 * self.mu_pa) / (self.lambda_pa + self.mu_pa)
+    }
+
     /// P-wave modulus `λ + 2μ` \[Pa\]: stress over strain of a uniaxial strain.
     pub fn p_wave_modulus_pa(self) -> f64 {
         self.lambda_pa + 2.0 * self.mu_pa

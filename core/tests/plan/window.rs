@@ -1,7 +1,7 @@
 //! The coupling window: the largest that every interface bears, the term that binds it, and when there is none.
 
-use cosplat_core::plan::window::{SHORTEST_WINDOW_S, contact_terms};
-use cosplat_core::scene::{Body, Material, Motion, Scene, VelocityField};
+use cosplat_core::plan::window::{SHORTEST_WINDOW_S, bond_term, contact_terms};
+use cosplat_core::scene::{Body, Material, Motion, Scene, SolverSpec, VelocityField};
 
 use crate::cast::{CLOTH, LIQUID, RIGID, SMOKE, body, elastic, joined, planned, refused, scene};
 
@@ -80,6 +80,45 @@ fn a_stiff_responder_bounds_the_window_at_a_millisecond_whatever_the_spacing() {
     for spacing_m in [None, Some(0.001), Some(1.0)] {
         check(&terms(&body("silk", "pbd", CLOTH), &stiff(spacing_m)), &[1e-3]);
     }
+}
+
+/// Silk and a toy, touching.
+fn silk_and_toy(bonds: Option<&str>) -> Scene {
+    let silk = spaced("silk", "pbd", CLOTH, 0.01);
+    let mut scene = scene([silk, spaced("toy", "mpm", elastic(1e5), 0.02)]);
+    scene.clock.window_s = None;
+    if let Some(to) = bonds {
+        let params = serde_json::json!({ "bonds": { "silk": [{ "to": to, "at": [[0.0, 0.0, 0.0]] }] } });
+        let params = params.as_object().expect("an object").clone();
+        scene.solvers.insert("pbd".into(), SolverSpec { plugin: None, command: None, params });
+    }
+    scene
+}
+
+#[test]
+fn cloth_that_is_attached_to_a_soft_body_swings_with_it() {
+    let scene = silk_and_toy(Some("toy"));
+    let term = |holder: usize, held: usize, scene: &Scene| {
+        bond_term(scene, "silk~toy", &scene.bodies[holder], &scene.bodies[held])
+    };
+    // 0.2 kg/m² of 1 cm by 1 cm on a spring of 1e5 Pa times 2 cm: ω = 1e4 1/s.
+    let found = term(0, 1, &scene).expect("a bond");
+    check(&[found.seconds], &[0.2 / 1e4]);
+    assert!(term(1, 0, &scene).is_none(), "the toy holds nothing");
+    assert!(term(0, 1, &silk_and_toy(Some("floor"))).is_none() && term(0, 1, &silk_and_toy(None)).is_none());
+    let mut rigid = scene.clone();
+    rigid.bodies[1].material = RIGID;
+    assert!(term(0, 1, &rigid).is_none(), "a rigid body moves in the steps of the cloth");
+    // The plan takes it where it is the shortest, and names it.
+    let plan = planned(&scene);
+    assert!(
+        plan.window_bound_by.starts_with("`silk~toy`: a fifth of 1/ω of bonds to `toy`"),
+        "{}",
+        plan.window_bound_by
+    );
+    assert!(plan.clock.window_s() <= 0.2 / 1e4 * (1.0 + 1e-9));
+    let free = planned(&silk_and_toy(None));
+    assert!(free.window_bound_by.starts_with("`silk~toy`: 1.4 spacings"), "{}", free.window_bound_by);
 }
 
 #[test]

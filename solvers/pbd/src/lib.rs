@@ -34,8 +34,9 @@
 //! cloth moves less than its thickness relative to other cloth; where it is faster, contact is looked at in up to 16
 //! parts of it, and substeps in which that is not enough are counted in the report. What is nearer than twice the
 //! thickness at rest is left alone. Samples of soft partners are beads, each of which stays on the side of the cloth on which
-//! it came near (`side`), so that cloth lies on leaves, which have no inside; their normals are not used. Self-collision
-//! costs a quarter as much as all the rest where cloth hangs, and twice as much where it is crumpled;
+//! it came near (`side`), so that cloth lies on leaves, which have no inside; their normals are not used. What a partner
+//! overruns of cloth within a window, samples make up for in the next (`behind`); how far it was is in the report.
+//! Self-collision costs a quarter as much as all the rest where cloth hangs, and twice as much where it is crumpled;
 //! `self_collision = false` leaves it out by name.
 //!
 //! **Energy** that is stored is half of each constraint times the force that a substep would give at rest, so that what is
@@ -49,6 +50,7 @@
 //! Not here yet: tearing, moving walls, restitution, the `genesis` contact law, links and joints.
 
 mod air;
+mod behind;
 mod bend;
 mod bond;
 mod cells;

@@ -10,14 +10,16 @@ use cosplat_core::plugin::{
 use cosplat_core::scene::ProbeQuantity;
 use cosplat_core::visual::{VisualForm, VisualState};
 
+use crate::behind;
 use crate::bond::{self, Bond};
 use crate::course::{Books, Course, Kick};
+use crate::list::List;
 use crate::model::{Model, Part};
 use crate::near::Near;
 use crate::params::schema;
 use crate::proxy::Proxy;
 use crate::read::read;
-use crate::samples::Marks;
+use crate::samples::{Known, Marks, Swarm};
 use crate::shown::{Shown, swarms, tie};
 use crate::side;
 use crate::sim::COURANT;
@@ -94,7 +96,7 @@ impl Plugin for Pbd {
         let run = self.run.as_mut().ok_or_else(not_set_up)?;
         let (proxies, residuals) = run.proxies(inputs)?;
         let kicks = run.kicks(inputs)?;
-        let known = run.shown.iter_mut().map(|s| (std::mem::take(&mut s.list), std::mem::take(&mut s.sides))).collect();
+        let known = run.shown.iter_mut().map(|s| std::mem::take(&mut s.known)).collect();
         let (swarms, meetings) = swarms(&run.model, &run.shown, known, inputs, step.length_s)?;
         let before: f64 = run.mechanical.iter().sum();
         let has_wind = run.model.sim.setting.actions.iter().any(|a| matches!(a.influence, PartInfluence::Wind(..)));
@@ -107,8 +109,6 @@ impl Plugin for Pbd {
         run.model.sim.run(&mut course, run.pool.as_ref(), pulse)?;
         run.near = std::mem::take(&mut course.near);
         run.model.bonds = std::mem::take(&mut course.bonds);
-        let known = course.swarms.iter_mut().map(|s| (std::mem::take(&mut s.list), std::mem::take(&mut s.sides)));
-        let known: Vec<_> = known.collect();
         for (foreseen, proxy) in run.foreseen.iter_mut().zip(&course.proxies) {
             *foreseen = Some(proxy.twist()[0]);
         }
@@ -121,9 +121,10 @@ impl Plugin for Pbd {
         let energy = run.model.energy(course.start + course.length, run.mechanical, run.dissipated);
         let mut outputs = outputs(&run.model, &course, &residuals, energy);
         outputs.report.probes = run.questions.answers(|body, question| run.model.answer(body, question));
+        let known: Vec<_> = course.swarms.into_iter().map(|swarm| swarm.leave(course.length)).collect();
         let faces = run.model.faces.iter().zip(&mut run.shown).filter(|(f, _)| matches!(f.part, Part::Samples(_)));
-        for ((_, shown), (list, sides)) in faces.zip(known) {
-            (shown.list, shown.sides) = (list, sides);
+        for ((_, shown), known) in faces.zip(known) {
+            shown.known = known;
         }
         Ok(outputs)
     }
@@ -148,7 +149,10 @@ impl Plugin for Pbd {
             sink.vec3(foreseen.unwrap_or_default());
         }
         run.near.save(sink);
-        run.shown.iter().for_each(|shown| side::save(&shown.sides, sink));
+        for known in run.shown.iter().map(|shown| &shown.known) {
+            side::save(&known.sides, sink);
+            behind::save(&known.left, sink);
+        }
         bond::save(&run.model.bonds, sink);
     }
 
@@ -173,9 +177,11 @@ impl Plugin for Pbd {
         let setting = &run.model.sim.setting;
         let counts = [run.model.sim.vertices.len(), setting.walls.len(), setting.partners.len()];
         let near = Near::restore(&mut reader, counts)?;
-        let mut sides = Vec::new();
+        let mut all = Vec::new();
         for shown in &run.shown {
-            sides.push(side::restore(&mut reader, [shown.marks.len(), run.model.sim.mesh.triangles.len()])?);
+            let sides = side::restore(&mut reader, [shown.marks.len(), run.model.sim.mesh.triangles.len()])?;
+            let left = behind::restore(&mut reader, shown.marks.len())?;
+            all.push(Known { sides, left, list: List::default() });
         }
         let bonds = bond::restore(&run.model.bonds, &mut reader, |face| run.shown[face].marks.len())?;
         reader.end()?;
@@ -184,7 +190,7 @@ impl Plugin for Pbd {
             (vertex.x, vertex.u) = (x, u);
         }
         (run.dissipated, run.foreseen, run.near) = (dissipated, foreseen, near);
-        run.shown.iter_mut().zip(sides).for_each(|(shown, sides)| shown.sides = sides);
+        run.shown.iter_mut().zip(all).for_each(|(shown, known)| shown.known = known);
         run.mechanical = run.model.mechanical(run.pool.as_ref());
         Ok(())
     }
@@ -225,6 +231,7 @@ fn outputs(model: &Model, course: &Course, residuals: &[f64], energy: Energy) ->
         ("samples gone through cloth", course.swarms.iter().map(|s| s.pierced).sum()),
         ("final-samples beyond cloth", books.beyond),
         ("final-neighbours with cloth between", books.cut),
+        ("largest-overrun-1e-6-m", (course.swarms.iter().map(Swarm::overrun).fold(0.0, f64::max) * 1e6) as u64),
     ];
     let report = Report {
         substeps: books.substeps,

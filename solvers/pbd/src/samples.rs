@@ -1,12 +1,14 @@
 //! A partner that shows samples: where they are, and what of a cloth each of them meets.
 //!
 //! A sample is a bead as thick as its particle, and is met from either side (`cover`, `side`). It moves as the partner
-//! said, and by the impulses it has taken in this window at its own mass, so that a light body gives way.
+//! said, from where contact left it (`behind`), and by the impulses it has taken in this window at its own mass, so that a
+//! light body gives way.
 
 use cosplat_core::boundary::{SampleStatics, Samples, Vec3, add, norm, scale, sub};
 use cosplat_core::plugin::PartnerInput;
 use rayon::prelude::*;
 
+use crate::behind::{Behind, Left};
 use crate::cover::{Contact, Cover, Found};
 use crate::list::List;
 use crate::own::Mesh;
@@ -61,11 +63,22 @@ impl Marks {
     }
 }
 
+/// What is known of a partner's samples from one window to the next.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Known {
+    /// Of each sample.
+    pub(crate) sides: Vec<Sides>,
+    /// Where contact left each of them.
+    pub(crate) left: Left,
+    pub(crate) list: List,
+}
+
 /// Samples of a partner over one window.
 #[derive(Clone, Debug)]
 pub(crate) struct Swarm<'a> {
     marks: &'a Marks,
     path: Vec<[Vec3; 4]>,
+    behind: Behind,
     /// Displacement and velocity by the impulses of this window \[m, m/s\].
     moved: Vec<[Vec3; 2]>,
     /// Position and velocity in this substep.
@@ -76,6 +89,8 @@ pub(crate) struct Swarm<'a> {
     pub(crate) list: List,
     /// Samples that move: those in the list, and those that cloth is attached to.
     active: Vec<u32>,
+    /// Samples that cloth is attached to.
+    tied: Vec<u32>,
     /// Of each sample.
     pub(crate) sides: Vec<Sides>,
     /// What is near in this substep.
@@ -94,19 +109,26 @@ impl<'a> Swarm<'a> {
         (samples, input): (&'a Samples, &PartnerInput),
         cover: &Cover,
         [way, half]: [f64; 2],
-        (mut list, mut sides): (List, Vec<Sides>),
+        Known { mut sides, left, mut list }: Known,
     ) -> Self {
-        let all = &samples.position;
-        list.renew(cover, all, (REMEMBERED * (marks.thickest + half), way, marks.widest));
+        let behind = Behind::new(&left, &samples.position, input.length_s);
+        let numbers = || 0..samples.position.len() as u32;
+        let from = |i: u32| add(samples.position[i as usize], behind.at(i, 0.0)[0]);
+        let all: Vec<Vec3> = numbers().map(from).collect();
+        let way = way + numbers().map(|i| behind.speed(i)).fold(0.0, f64::max) * input.length_s;
+        list.renew(cover, &all, (REMEMBERED * (marks.thickest + half), way, marks.widest));
         sides.resize(all.len(), Sides::default());
-        let fastest = list.samples.iter().map(|&i| norm(samples.velocity[i as usize])).reduce(f64::max);
+        let fast = |&i: &u32| norm(samples.velocity[i as usize]) + behind.speed(i);
+        let fastest = list.samples.iter().map(fast).reduce(f64::max);
         Self {
             marks,
             path: (0..all.len()).map(|i| input.path(i)).collect(),
+            behind,
             moved: vec![[[0.0; 3]; 2]; all.len()],
             now: vec![[[0.0; 3]; 2]; all.len()],
             impulse: vec![[0.0; 3]; all.len()],
             active: list.samples.clone(),
+            tied: Vec::new(),
             list,
             sides,
             contacts: Vec::new(),
@@ -119,8 +141,9 @@ impl<'a> Swarm<'a> {
     pub(crate) fn at(&mut self, t: f64) {
         for &i in &self.active {
             let ([a, b, c, d], [moved, v]) = (self.path[i as usize], self.moved[i as usize]);
-            let x = add(add(a, moved), scale(add(b, scale(add(c, scale(d, t)), t)), t));
-            let u = add(v, add(b, scale(add(scale(c, 2.0), scale(d, 3.0 * t)), t)));
+            let [way, closing] = self.behind.at(i, t);
+            let x = add(add(add(a, way), moved), scale(add(b, scale(add(c, scale(d, t)), t)), t));
+            let u = add(add(v, closing), add(b, scale(add(scale(c, 2.0), scale(d, 3.0 * t)), t)));
             self.now[i as usize] = [x, u];
         }
     }
@@ -206,6 +229,25 @@ impl<'a> Swarm<'a> {
         found as u64
     }
 
+    /// What is known of the samples at `t` \[s\], the end of the window.
+    pub(crate) fn leave(mut self, t: f64) -> Known {
+        self.at(t);
+        let mut left = vec![None; self.now.len()];
+        // What cloth is attached to is where the partner says: a bond closes its gap by itself.
+        for &i in self.list.samples.iter().filter(|i| self.tied.binary_search(i).is_err()) {
+            let i = i as usize;
+            let met = norm(self.moved[i][0]) > 0.0 || self.sides[i].iter().any(Option::is_some);
+            left[i] = met.then(|| self.now[i][0]);
+        }
+        Known { sides: self.sides, left, list: self.list }
+    }
+
+    /// How far a sample is at most beyond where cloth has it that it pushes \[m\].
+    pub(crate) fn overrun(&self) -> f64 {
+        let one = |(i, &impulse): (u32, &Vec3)| self.behind.overrun(i, impulse);
+        (0..).zip(&self.impulse).map(one).fold(0.0, f64::max)
+    }
+
     /// How many samples are beyond the cloth.
     pub(crate) fn beyond(&self) -> u64 {
         self.sides.iter().filter(|sides| sides.iter().flatten().any(|side| side.is_through)).count() as u64
@@ -219,7 +261,9 @@ impl<'a> Swarm<'a> {
 
     /// Also follows samples that cloth is attached to.
     pub(crate) fn follow(&mut self, samples: impl Iterator<Item = u32>) {
-        self.active.extend(samples);
+        self.tied = samples.collect();
+        self.tied.sort_unstable();
+        self.active.extend(&self.tied);
         self.active.sort_unstable();
         self.active.dedup();
     }

@@ -5,11 +5,9 @@ use cosplat_core::plugin::{Inputs, PluginError};
 
 use crate::course::{Course, Meeting};
 use crate::cover::Cover;
-use crate::list::List;
 use crate::model::{Model, Part};
 use crate::plugin::refused;
-use crate::samples::{Marks, Swarm};
-use crate::side::Sides;
+use crate::samples::{Known, Marks, Swarm};
 
 /// Ties attached vertices to what their partners show in this step.
 pub(crate) fn tie(model: &Model, course: &mut Course, inputs: &Inputs) {
@@ -34,16 +32,14 @@ pub(crate) fn tie(model: &Model, course: &mut Course, inputs: &Inputs) {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Shown {
     pub(crate) marks: Marks,
-    /// Of each sample.
-    pub(crate) sides: Vec<Sides>,
-    pub(crate) list: List,
+    pub(crate) known: Known,
 }
 
 /// Partners' samples, and which triangles each of them can meet in `length` \[s\].
 pub(crate) fn swarms<'a>(
     model: &Model,
     shown: &'a [Shown],
-    known: Vec<(List, Vec<Sides>)>,
+    known: Vec<Known>,
     inputs: &'a Inputs,
     length: f64,
 ) -> Result<(Vec<Swarm<'a>>, Vec<Meeting>), PluginError> {

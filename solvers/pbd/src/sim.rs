@@ -113,7 +113,8 @@ impl Sim {
         pulse: &mut dyn Pulse,
     ) -> Result<(), PluginError> {
         let partners = course.proxies.iter().map(|p| norm(p.twist()[0]));
-        let fastest = partners.fold(self.fastest(), f64::max);
+        let samples = course.swarms.iter().filter_map(|swarm| swarm.fastest);
+        let fastest = partners.chain(samples).fold(self.fastest(), f64::max);
         // Relaxed stiffness is in proportion to 1/h²: a substep that changes its length would do work.
         let by_speed = if self.setting.relaxed {
             f64::INFINITY
