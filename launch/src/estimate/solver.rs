@@ -40,6 +40,7 @@ pub(super) fn estimates(process: &Process, counters: &BTreeMap<String, u64>) -> 
         clamps(of, counted("stretch-clamps")),
         overlap(of, 1e-6 * counted("largest-overlap-1e-6-m")),
         aside(of, 1e-9 * counted("largest-correction-1e-9-m")),
+        overrun(of, 1e-6 * counted("largest-overrun-1e-6-m")),
         gap(of, 1e-9 * counted("largest-gap-of-a-joint-1e-9-m")),
         gap(of, 1e-6 * counted("largest-gap-of-a-bond-1e-6-m")),
         divergence(of, 1e-6 * counted("largest-divergence-1e-6")),
@@ -128,4 +129,13 @@ fn aside(of: &str, value: f64) -> Option<Estimate> {
     let meaning = format!("contact set a body aside by {value:.2e} m in one substep: it was that deep in another");
     let remedy = "shorten `substep_s` of the solver, in proportion to the depth, for as many more substeps";
     (value > ASIDE_M).then(|| estimate("set aside [m]", of, [value, ASIDE_M], meaning, remedy))
+}
+
+fn overrun(of: &str, value: f64) -> Option<Estimate> {
+    let meaning = format!(
+        "a soft partner was {value:.2e} m further on than cloth that holds it back: where that is more than the cloth's thickness, \
+         it looks through for so long"
+    );
+    let remedy = "shorten `clock.window`: half of it halves what a fast partner overruns, and quarters what one that presses does";
+    (value > OVERLAP_M).then(|| estimate("overrun [m]", of, [value, OVERLAP_M], meaning, remedy))
 }
