@@ -8,6 +8,7 @@ FOLDER keeps what pip installs, so that a second run is short. See README.md for
 
 import argparse
 import json
+import os
 import subprocess
 import tempfile
 from pathlib import Path
@@ -19,11 +20,11 @@ SCENES = {"block": (0.1, "z"), "dam": (0.1, None), "sheet": (0.2, "z")}
 # absent: measured before, on two cores of such a machine.
 PEERS = [
     ("block", "taichi", "taichi==1.7.4 numpy<3", ["block_taichi.py"], "4.2 to 4.8"),
-    ("block", "genesis-world", "torch genesis-world", ["genesis.py", "block"], "4.0"),
+    ("block", "genesis-world", "torch genesis-world", ["all_genesis.py", "block"], "4.0"),
     ("dam", "SPlisHSPlasH", "pysplishsplash==2.19.0", ["dam_splish.py"], "0.6 to 0.7"),
-    ("dam", "genesis-world", "torch genesis-world", ["genesis.py", "dam"], "0.62 (weakly compressible)"),
+    ("dam", "genesis-world", "torch genesis-world", ["all_genesis.py", "dam"], "0.62 (weakly compressible)"),
     ("sheet", "newton, 1 thread", "newton==1.8.0 warp-lang==1.19.0", ["sheet_newton.py"], "0.16"),
-    ("sheet", "genesis-world", "torch genesis-world", ["genesis.py", "sheet"], "0.31"),
+    ("sheet", "genesis-world", "torch genesis-world", ["all_genesis.py", "sheet"], "0.31"),
 ]
 PATIENCE_S = {"install": 240, "run": 150}
 
@@ -107,10 +108,13 @@ def main():
     """Prints the table."""
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--threads", type=int, default=2)
-    arguments.add_argument("--cosplat", default="target/release/cosplat")
+    built = Path(os.environ.get("CARGO_TARGET_DIR", "target")) / "release" / "cosplat"
+    arguments.add_argument("--cosplat", default=built, type=Path)
     arguments.add_argument("--without", action="append", default=[], help="name of a peer to leave out")
     arguments.add_argument("folder", nargs="?", default="out/peers", type=Path)
     given = arguments.parse_args()
+    if not given.cosplat.is_file():
+        arguments.error(f"there is no program {given.cosplat}: build it with `cargo build --release`, or name it with --cosplat")
     given.folder.mkdir(parents=True, exist_ok=True)
     print("| scene | program | particles | substeps | s | M particle-substeps/s | s per simulated s | result |")
     print("|---|---|---|---|---|---|---|---|")
