@@ -89,6 +89,7 @@ mod side;
 mod sim;
 mod stored;
 mod stretch;
+mod sweep;
 mod tally;
 mod tiles;
 mod vertex;

@@ -11,7 +11,8 @@ use crate::near::{Speeds, radius};
 use crate::pieces::Search;
 use crate::regions::Regions;
 use crate::scout::Scout;
-use crate::sim::{Sim, each};
+use crate::sim::Sim;
+use crate::sweep::each;
 
 /// Most parts of a substep in which contact is looked at.
 const MOST_PARTS: f64 = 16.0;

@@ -6,7 +6,7 @@
 //! there are to work.
 
 use crate::pair::{Contacts, Pair};
-use crate::sim::each;
+use crate::sweep::each;
 use crate::tally::Tally;
 use crate::vertex::Vertex;
 

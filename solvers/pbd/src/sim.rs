@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use cosplat_core::boundary::{Vec3, add, norm, scale, sub};
 use cosplat_core::plugin::{PartAction, PluginError, Pulse, Push, Signal};
-use rayon::prelude::*;
 
 use crate::air::wind;
 use crate::bend::Hinge;
@@ -14,8 +13,9 @@ use crate::own::Mesh;
 use crate::pull::Pull;
 use crate::samples::Swarm;
 use crate::stretch::Edge;
+use crate::sweep::Sweep;
 use crate::tally::Tally;
-use crate::vertex::{Constraint, List, Phases, Solve, Vertex};
+use crate::vertex::{Phases, Solve, Vertex};
 use cosplat_core::distance::{Placed, Shape};
 
 /// Part of the shortest edge that a vertex may move in a substep.
@@ -81,15 +81,6 @@ pub(crate) struct Sim {
     pub(crate) mesh: Mesh,
     pub(crate) pulls: Vec<Pull>,
     pub(crate) setting: Setting,
-}
-
-/// Does something with each item, on one thread or several.
-pub(crate) fn each<T: Send>(parallel: bool, items: Vec<T>, f: impl Fn(usize, T) + Sync + Send) {
-    if parallel {
-        items.into_par_iter().enumerate().for_each(|(i, item)| f(i, item));
-    } else {
-        items.into_iter().enumerate().for_each(|(i, item)| f(i, item));
-    }
 }
 
 impl Sim {
@@ -184,7 +175,6 @@ impl Sim {
         }
         let start: Vec<Vec3> = self.vertices.iter().map(|v| v.u).collect();
         for i in 0..setting.iterations[0].max(setting.iterations[1]) {
-            let solver = Solve { h, per_h2: 1.0 / (h * h), first: i == 0, relaxed: setting.relaxed };
             let prepare = |b: usize, vertices: &mut [Vertex], desk: &mut Desk| {
                 let from = b * self.size;
                 desk.pushes.clear();
@@ -207,37 +197,21 @@ impl Sim {
                     }
                 }
             };
-            let turn = [0, 1].map(|k| i < setting.iterations[k]);
-            let blocks = self.vertices.chunks_mut(self.size);
-            let work: Vec<_> = blocks
-                .zip(&mut self.edges.first)
-                .zip(&mut self.hinges.first)
-                .zip(desks.iter_mut())
-                .map(|(((v, e), h), d)| (v, e, h, d))
-                .collect();
-            each(setting.parallel, work, |b, (vertices, edges, hinges, desk)| {
+            let sweep = Sweep {
+                vertices: &mut self.vertices,
+                size: self.size,
+                edges: &mut self.edges,
+                hinges: &mut self.hinges,
+                turn: setting.iterations.map(|n| i < n),
+                solver: Solve { h, per_h2: 1.0 / (h * h), first: i == 0, relaxed: setting.relaxed },
+                parallel: setting.parallel,
+            };
+            let before = |b: usize, vertices: &mut [Vertex], desk: &mut Desk| {
                 if i == 0 {
                     prepare(b, vertices, desk);
                 }
-                project(vertices, edges, hinges, turn, &solver);
-            });
-            let shifted = self.vertices.get_mut(self.size / 2..).unwrap_or_default().chunks_mut(self.size);
-            let work: Vec<_> = shifted
-                .zip(&mut self.edges.shifted)
-                .zip(&mut self.hinges.shifted)
-                .filter(|((_, e), h)| !(e.all.is_empty() && h.all.is_empty()))
-                .collect();
-            each(setting.parallel, work, |_, ((vertices, edges), hinges)| {
-                project(vertices, edges, hinges, turn, &solver);
-            });
-            project(&mut self.vertices, &mut self.edges.rest, &mut self.hinges.rest, turn, &solver);
-            let held = &mut course.books.held;
-            if turn[0] {
-                self.edges.anchored.iter_mut().for_each(|c| anchor(c, &mut self.vertices, &solver, held));
-            }
-            if turn[1] {
-                self.hinges.anchored.iter_mut().for_each(|c| anchor(c, &mut self.vertices, &solver, held));
-            }
+            };
+            sweep.run(desks, before, &mut course.books.held);
         }
         self.touch_and_move(course, desks, start, &kicks, (t, h));
         course.kicks = given;
@@ -272,40 +246,5 @@ fn kick(vertex: &mut Vertex, impulse: Vec3, tally: &mut Tally, held: &mut Tally)
     tally.give(vertex, impulse);
     if vertex.w <= 0.0 {
         held.hold(vertex, impulse);
-    }
-}
-
-/// Solves the constraints of a block.
-pub(crate) fn project(
-    vertices: &mut [Vertex],
-    edges: &mut List<Edge>,
-    hinges: &mut List<Hinge>,
-    turn: [bool; 2],
-    solver: &Solve,
-) {
-    if turn[0] {
-        edges.solve(vertices, solver);
-    }
-    if turn[1] {
-        hinges.solve(vertices, solver);
-    }
-}
-
-/// Solves a constraint with an end that is fixed to the world, which takes that end's impulse.
-pub(crate) fn anchor<const N: usize, C: Constraint<N>>(
-    constraint: &mut C,
-    vertices: &mut [Vertex],
-    solver: &Solve,
-    held: &mut Tally,
-) {
-    let ends = constraint.ends().map(|i| i as usize);
-    if let Some(impulses) = constraint.impulses(ends.map(|i| &vertices[i]), solver) {
-        for (i, impulse) in ends.into_iter().zip(impulses) {
-            if vertices[i].w > 0.0 {
-                vertices[i].take(impulse);
-            } else {
-                held.hold(&vertices[i], impulse);
-            }
-        }
     }
 }

@@ -7,7 +7,8 @@
 
 use cosplat_core::boundary::Vec3;
 
-use crate::sim::{Sim, anchor, each, project};
+use crate::sim::Sim;
+use crate::sweep::Sweep;
 use crate::tally::Tally;
 use crate::vertex::{Solve, Sweeps};
 
@@ -29,24 +30,19 @@ impl Sim {
 
     /// What sweeps do in a substep of the longest length.
     fn sweep(&mut self, parallel: bool) {
-        let size = self.size;
-        let Self { vertices, edges, hinges, setting, .. } = self;
-        let (h, mut world) = (setting.longest, Tally::default());
+        let setting = &self.setting;
+        let (h, mut world, mut rooms) = (setting.longest, Tally::default(), vec![(); self.edges.first.len()]);
         for i in 0..setting.iterations[0].max(setting.iterations[1]) {
-            let turn = setting.iterations.map(|n| i < n);
-            let solver = Solve { h, per_h2: 1.0 / (h * h), first: i == 0, relaxed: false };
-            let blocks = vertices.chunks_mut(size).zip(&mut edges.first).zip(&mut hinges.first);
-            each(parallel, blocks.collect(), |_, ((v, edges), hinges)| project(v, edges, hinges, turn, &solver));
-            let shifted = vertices.get_mut(size / 2..).unwrap_or_default().chunks_mut(size);
-            let blocks = shifted.zip(&mut edges.shifted).zip(&mut hinges.shifted);
-            each(parallel, blocks.collect(), |_, ((v, edges), hinges)| project(v, edges, hinges, turn, &solver));
-            project(vertices, &mut edges.rest, &mut hinges.rest, turn, &solver);
-            if turn[0] {
-                edges.anchored.iter_mut().for_each(|c| anchor(c, vertices, &solver, &mut world));
-            }
-            if turn[1] {
-                hinges.anchored.iter_mut().for_each(|c| anchor(c, vertices, &solver, &mut world));
-            }
+            let sweep = Sweep {
+                vertices: &mut self.vertices,
+                size: self.size,
+                edges: &mut self.edges,
+                hinges: &mut self.hinges,
+                turn: setting.iterations.map(|n| i < n),
+                solver: Solve { h, per_h2: 1.0 / (h * h), first: i == 0, relaxed: false },
+                parallel,
+            };
+            sweep.run(&mut rooms, |_, _, ()| {}, &mut world);
         }
     }
 }

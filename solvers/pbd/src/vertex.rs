@@ -115,13 +115,13 @@ pub(crate) fn solve<const N: usize, C: Constraint<N>>(constraint: &mut C, vertic
 
 /// Constraints that are solved in turn.
 #[derive(Clone, Debug)]
-pub(crate) struct List<C> {
+pub(crate) struct InTurn<C> {
     pub(crate) all: Vec<C>,
     /// Ends of runs in which no two share a vertex.
     runs: Vec<u32>,
 }
 
-impl<C> List<C> {
+impl<C> InTurn<C> {
     fn new<const N: usize>(all: Vec<C>) -> Self
     where
         C: Constraint<N>,
@@ -170,11 +170,11 @@ impl<C> List<C> {
 #[derive(Clone, Debug)]
 pub(crate) struct Phases<C> {
     /// Within a block, counted from its first vertex.
-    pub(crate) first: Vec<List<C>>,
+    pub(crate) first: Vec<InTurn<C>>,
     /// Within a shifted block, counted from its first vertex.
-    pub(crate) shifted: Vec<List<C>>,
+    pub(crate) shifted: Vec<InTurn<C>>,
     /// Wider than that: one after the other.
-    pub(crate) rest: List<C>,
+    pub(crate) rest: InTurn<C>,
     /// With an end that is fixed to the world, whose impulse is booked: one after the other.
     pub(crate) anchored: Vec<C>,
 }
@@ -206,8 +206,8 @@ impl<C> Phases<C> {
                 rest.push(constraint);
             }
         }
-        let lists = |all: Vec<Vec<C>>| all.into_iter().map(List::new).collect();
-        Self { first: lists(first), shifted: lists(shifted), rest: List::new(rest), anchored }
+        let lists = |all: Vec<Vec<C>>| all.into_iter().map(InTurn::new).collect();
+        Self { first: lists(first), shifted: lists(shifted), rest: InTurn::new(rest), anchored }
     }
 
     /// Energy of all \[J\]: `parallel` shares blocks out.
@@ -223,7 +223,7 @@ impl<C> Phases<C> {
         let sum = |list: &[C], from: usize| -> f64 {
             list.iter().map(|c| c.energy(c.ends().map(|i| &vertices[from + i as usize]), sweeps)).sum()
         };
-        let blocks = |all: &[List<C>], from: usize| -> f64 {
+        let blocks = |all: &[InTurn<C>], from: usize| -> f64 {
             if parallel {
                 let each = all.par_iter().enumerate().map(|(b, list)| sum(&list.all, b * size + from));
                 return each.collect::<Vec<f64>>().into_iter().sum();
@@ -248,8 +248,8 @@ impl<C> Phases<C> {
         let most = |list: &[C], from: usize| -> f64 {
             list.iter().map(|c| of(c, c.ends().map(|i| &vertices[from + i as usize]))).fold(0.0, f64::max)
         };
-        let blocks = |all: &[List<C>], from: usize| -> f64 {
-            let one = |(b, list): (usize, &List<C>)| most(&list.all, b * size + from);
+        let blocks = |all: &[InTurn<C>], from: usize| -> f64 {
+            let one = |(b, list): (usize, &InTurn<C>)| most(&list.all, b * size + from);
             if parallel {
                 all.par_iter().enumerate().map(one).reduce(|| 0.0, f64::max)
             } else {
@@ -308,7 +308,7 @@ mod tests {
         // Triangles of edges: greedy colours leave short runs and long ones.
         let edges: Vec<Edge> =
             (0..38).flat_map(|i| [[i, i + 1], [i, i + 2]]).map(|ends| Edge::new(ends, 0.5, 1e-3, 0.3)).collect();
-        let mut list = List::new(by_colour(&edges, vertices.len()));
+        let mut list = InTurn::new(by_colour(&edges, vertices.len()));
         let mut from = 0;
         for &end in &list.runs {
             let mut ends: Vec<u32> = list.all[from..end as usize].iter().flat_map(Constraint::ends).collect();

@@ -1,7 +1,8 @@
 //! Which pieces of all cloths may touch in a substep.
 //!
 //! Cloth is watched by two tiles at a time (`tiles`, `couple`). Those that are due are looked at by their boxes, then by how
-//! flat the cloth about them is, or along the one and the other, and last piece by piece. A part of a cloth that whips about costs the rest nothing.
+//! flat the cloth about them is, or along the one and the other, and last piece by piece. A part of a cloth that whips about
+//! costs the rest nothing.
 //!
 //! Whatever more than what touches is listed, what comes of it is the same, and in the same order: nothing here belongs to
 //! the state.

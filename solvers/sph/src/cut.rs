@@ -12,33 +12,35 @@ use crate::shell::{CORNER, inside};
 /// Depths that differ by less than this share of a cell are the same.
 const SAME: f64 = 1e-6;
 
-/// Which cells with their middles at `x` \[m\] and those volumes \[m³\] a solid takes, in rising order.
+/// Takes from cells, their middles \[m\] and volumes \[m³\], those that a solid takes; how many.
 ///
 /// Of cells that lie equally deep those go first whose numbers come first with their bits reversed: they lie scattered, where
 /// the first ones would all lie on one side.
-pub(crate) fn taken(solid: &Placed, x: &[Vec3], volume: &[f64]) -> Vec<usize> {
-    let (mut near, mut all) = (Vec::new(), 0.0);
-    for (i, (&x, &volume)) in x.iter().zip(volume).enumerate() {
+pub(crate) fn cut(solid: &Placed, cells: &mut Vec<(Vec3, f64)>) -> usize {
+    let (mut near, mut left) = (Vec::new(), 0.0);
+    for (i, &(x, volume)) in cells.iter().enumerate() {
         let width = volume.cbrt();
         if solid.at_least(x, CORNER * width) > 0.0 {
             continue;
         }
-        let above = solid.distance(x).0 / width;
-        if above < CORNER {
-            all += volume * inside(solid, x, width, above * width).0;
-            near.push(((above / SAME).round() as i64, (i as u32).reverse_bits(), i));
+        let above = solid.distance(x).0;
+        if above < CORNER * width {
+            left += volume * inside(solid, x, width, above).0;
+            near.push(((above / width / SAME).round() as i64, (i as u32).reverse_bits(), i));
         }
     }
     near.sort_unstable();
-    let mut left = all;
-    let fits = |&(_, _, i): &(i64, u32, usize)| {
-        let goes = volume[i] < 2.0 * left;
-        left -= volume[i];
-        goes
-    };
-    let mut gone: Vec<usize> = near.into_iter().take_while(fits).map(|(.., i)| i).collect();
-    gone.sort_unstable();
-    gone
+    let mut stays = vec![true; cells.len()];
+    for (.., i) in near {
+        if cells[i].1 >= 2.0 * left {
+            break;
+        }
+        (stays[i], left) = (false, left - cells[i].1);
+    }
+    let before = cells.len();
+    let mut stays = stays.into_iter();
+    cells.retain(|_| stays.next().unwrap_or(true));
+    before - cells.len()
 }
 
 #[cfg(test)]
@@ -49,16 +51,18 @@ mod tests {
 
     const D: f64 = 0.01;
 
-    fn lattice(n: usize) -> (Vec<Vec3>, Vec<f64>) {
+    fn lattice(n: usize) -> Vec<(Vec3, f64)> {
         let at = |i: usize| [i % n, i / n % n, i / n / n].map(|i| (i as f64 + 0.5) * D);
-        ((0..n * n * n).map(at).collect(), vec![D * D * D; n * n * n])
+        (0..n * n * n).map(|i| (at(i), D * D * D)).collect()
     }
 
+    /// Cells that a shape takes, and their volume.
     fn by(shape: Shape, at: Vec3) -> (Vec<Vec3>, f64) {
-        let (x, volume) = lattice(20);
-        let gone = taken(&Placed::new(shape, at, [0.0, 0.0, 0.0, 1.0]), &x, &volume);
-        let all = gone.len() as f64 * D * D * D;
-        (gone.into_iter().map(|i| x[i]).collect(), all)
+        let (all, mut cells) = (lattice(20), lattice(20));
+        let count = cut(&Placed::new(shape, at, [0.0, 0.0, 0.0, 1.0]), &mut cells);
+        let mut stays = cells.into_iter().peekable();
+        let gone = all.into_iter().filter(|cell| stays.next_if_eq(cell).is_none());
+        (gone.map(|cell| cell.0).collect(), count as f64 * D * D * D)
     }
 
     #[test]

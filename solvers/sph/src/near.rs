@@ -1,9 +1,7 @@
 //! Lists of what is near: kept until something has moved by the skin.
 
-use cosplat_core::boundary::Vec3;
 use rayon::prelude::*;
 
-use crate::grid::Grid;
 use crate::lanes::LANES;
 
 /// Particles in a chunk: work is shared out and sums are taken chunk by chunk, whatever the number of threads.
@@ -105,9 +103,4 @@ pub(crate) fn for_chunks<T: Send, U: Send>(
     } else {
         items.chunks_mut(CHUNK).zip(outputs).enumerate().for_each(|(c, (items, out))| f(c, items, out));
     }
-}
-
-/// Everything nearer than `reach` to a particle, itself left out.
-pub(crate) fn around(grid: &Grid, x: &[Vec3], i: usize, reach: f64, list: &mut Vec<u32>) {
-    grid.list(x, x[i], reach, |j| j != i, list);
 }

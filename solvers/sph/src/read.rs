@@ -9,7 +9,7 @@ use cosplat_core::plugin::{Descriptor, PluginError, Refusals, SolverScene, ViewR
 use cosplat_core::scene::{ActionKind, Body, Material, PairSpec, Source, StaticCollider, TAIT_EXPONENT, Wall};
 
 use crate::cohesion;
-use crate::cut::taken;
+use crate::cut::cut;
 use crate::fill::{fill, spacing};
 use crate::frame::Frame;
 use crate::gates::{Drain, Inflow, layer};
@@ -235,11 +235,7 @@ impl Reader<'_> {
             let asset = scene.assets.get(&view.partner).map(AsRef::as_ref);
             // A shape that cannot be had is refused with the partner.
             let Ok(shape) = Shape::exact(source, asset, false) else { continue };
-            let (x, volume): (Vec<Vec3>, Vec<f64>) = all.iter().copied().unzip();
-            let mut gone = taken(&Placed::at(shape, pose), &x, &volume).into_iter().peekable();
-            lost.push((gone.len(), format!("`{}`", view.partner)));
-            let mut next = 0..;
-            all.retain(|_| gone.next_if_eq(&next.next().unwrap_or(usize::MAX)).is_none());
+            lost.push((cut(&Placed::at(shape, pose), &mut all), format!("`{}`", view.partner)));
         }
         for (lost, inside) in lost.into_iter().filter(|l| l.0 > 0) {
             let what = format!("{lost} of {of} particles of `{}`", body.name);

@@ -9,7 +9,7 @@ use crate::grid::Grid;
 use crate::incompressible::{self, Parts, Projection, Solved};
 use crate::lanes::Pack;
 use crate::model::Model;
-use crate::near::{CHUNK, Lists, around, for_chunks};
+use crate::near::{CHUNK, Lists, for_chunks};
 use crate::params::Pressure;
 use crate::partner::Partners;
 use crate::store::{Listed, Store};
@@ -203,7 +203,7 @@ impl Course<'_> {
         let (grid, _) = Grid::new(x, reach);
         lists.make(n, n, parallel, &|i, list| {
             if i < x.len() {
-                around(&grid, x, i, reach, list);
+                grid.list(x, x[i], reach, |j| j != i, list);
             }
         });
         walls.find(model, store, &grid, partners, reach, parallel);
