@@ -1,9 +1,9 @@
 """The front of a column of water that is let go at once, without friction: a potential flow by boundary elements.
 
-    python3 tests/reference/dam_break.py [NODES] > tests/verification/dam-break-front.csv
+    python3 tests/reference/dam_break.py [NODES [HEIGHT]] > tests/verification/dam-break-front.csv
 
-Needs numpy, and a minute for the 220 nodes of the stored table; 150 differ by 0.2 %. The column is 0.146 m wide and twice
-as high. On its surface the potential φ obeys Dφ/Dt = |u|²/2 - g z and x moves with u = ∇φ; sources outside of the surface,
+Needs numpy, and a minute for the 220 nodes of the stored table; 150 differ by 0.2 %. The column is 0.146 m wide and HEIGHT, else
+twice, as high. On its surface the potential φ obeys Dφ/Dt = |u|²/2 - g z and x moves with u = ∇φ; sources outside of the surface,
 mirrored in wall and floor, carry φ inwards (desingularised, as Cao, Schultz and Beck 1991). Lengths are in widths a and
 times in √(a/2g), so that g is 1/2. The upper corner is rounded by a twentieth; every fifth step nodes are smoothed and
 spread anew along splines, closer together towards the toe. The area of the water is kept to 0.1 %, or it says so.
@@ -14,7 +14,8 @@ import sys
 import numpy as np
 
 NODES = int(sys.argv[1]) if len(sys.argv) > 1 else 220
-GRAVITY, HEIGHT, CORNER = 0.5, 2.0, 0.05
+HEIGHT = float(sys.argv[2]) if len(sys.argv) > 2 else 2.0
+GRAVITY, CORNER = 0.5, 0.05
 WIDTH_M, GRAVITY_M_S2 = 0.146, 9.81
 OUTSIDE, TOE, EVERY = 2.5, 6.0, 5
 LAST, APART = 2.8, 0.2

@@ -25,7 +25,7 @@ pub struct Influence {
 /// What an influence does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InfluenceKind {
-    /// \[m/s²\], with the potential energy `-m g·x`.
+    /// \[m/s²\], with the potential energy `-m g·x` where it always acts.
     Gravity(V3),
     /// \[m/s²\].
     Acceleration(V3),
@@ -73,9 +73,10 @@ impl Influence {
         }
     }
 
-    /// Whether its potential energy is in the books.
-    pub fn is_gravity(&self) -> bool {
-        matches!(self.kind, InfluenceKind::Gravity(_))
+    /// Whether its potential energy is in the books: gravity that always acts. One that begins or ends would make or take
+    /// energy at once; its work is supplied.
+    pub fn has_potential(&self) -> bool {
+        matches!(self.kind, InfluenceKind::Gravity(_)) && self.from <= 0.0 && self.until == f64::INFINITY
     }
 
     /// Constant force on a body of that mass while it acts \[N\].

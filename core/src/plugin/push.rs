@@ -28,7 +28,7 @@ pub struct PartAction {
     pub from: f64,
     /// Last moment \[s\].
     pub until: f64,
-    /// Whether it is gravity, which has a potential.
+    /// Whether it is gravity that always acts: it has a potential, and what begins or ends does work.
     pub gravity: bool,
 }
 
@@ -67,7 +67,9 @@ pub fn part_actions(scene: &SolverScene, masses: &[f64], refuse: &mut dyn FnMut(
             ActionKind::Impulse { impulse_n_s, at_m: None } => {
                 each(&|per| PartInfluence::Kick(scale(impulse_n_s, per)));
             }
-            ActionKind::Gravity { acceleration_m_s2 } => add(PartInfluence::Uniform(acceleration_m_s2), bodies, true),
+            ActionKind::Gravity { acceleration_m_s2 } => {
+                add(PartInfluence::Uniform(acceleration_m_s2), bodies, action.always());
+            }
             ActionKind::AccelerationField { field } => add(PartInfluence::Field(field), bodies, false),
             ActionKind::Wind { velocity_m_s, air_density_kg_m3, drag_coefficient } => {
                 add(PartInfluence::Wind(velocity_m_s, 0.5 * air_density_kg_m3 * drag_coefficient), bodies, false);

@@ -50,6 +50,7 @@ fn what_pushes_supplies_what_the_energy_gains() {
     start.actions = vec![
         at(ActionKind::Impulse { impulse_n_s: [8.0, -4.0, 2.0], at_m: None }, 0.023, None),
         at(ActionKind::AccelerationField { field }, 0.05, Some(0.083)),
+        at(ActionKind::Gravity { acceleration_m_s2: [0.0, 0.0, -9.81] }, 0.03, Some(0.1)),
     ];
     let mut run = Run::<f64>::new(start);
     let (before, mut supplied) = (run.setup.report.energy.kinetic_j, 0.0);

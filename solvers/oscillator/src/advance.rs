@@ -107,7 +107,7 @@ impl<'a> Stage<'a> {
         for (i, pull) in outside.iter().enumerate() {
             self.external.add(pull.over(length, start[i], &motion[i]));
         }
-        for influence in model.influences.iter().filter(|f| f.acts_at(middle) && !f.is_gravity()) {
+        for influence in model.influences.iter().filter(|f| f.acts_at(middle) && !f.has_potential()) {
             let works =
                 influence.bodies.iter().map(|&i| influence.force(model.bodies[i].mass).dot(&motion[i].displacement));
             self.supplied_j += works.sum::<f64>();

@@ -96,7 +96,7 @@ impl Model {
             .sum();
         let weight =
             |i: &Influence| -> f64 { i.bodies.iter().map(|&b| -i.force(self.bodies[b].mass).dot(&position[b])).sum() };
-        let gravity = self.influences.iter().filter(|i| i.acts_at(t) && i.is_gravity());
+        let gravity = self.influences.iter().filter(|i| i.acts_at(t) && i.has_potential());
         springs + gravity.map(weight).sum::<f64>()
     }
 }

@@ -13,7 +13,7 @@ use crate::{V3, plain};
 pub(crate) fn report(model: &Model, state: &State, t: f64, external: &Budget, received: &[Budget]) -> Report {
     let pairs = || model.bodies.iter().zip(&state.bodies);
     let kinetic = pairs().map(|(b, f)| b.kinetic(f));
-    let weights = model.influences.iter().filter(|i| i.acts_at(t) && i.is_gravity());
+    let weights = model.influences.iter().filter(|i| i.acts_at(t) && i.has_potential());
     let potential =
         weights.flat_map(|i| i.bodies.iter().map(|&b| -i.force(model.bodies[b].mass).dot(&state.bodies[b].position)));
     Report {

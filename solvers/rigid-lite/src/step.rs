@@ -138,7 +138,7 @@ impl<'a> Stage<'a> {
                 continue;
             }
             let lever = influence.hooks.map_or(Lever::Centre, |first| Lever::Hook(self.state.hooks[first + k]));
-            let account = if influence.is_gravity() { Account::Gravity } else { Account::Outside };
+            let account = if influence.has_potential() { Account::Gravity } else { Account::Outside };
             pushes.push((Push { force: influence.force(self.model.bodies[i].mass), lever }, account));
         }
         for (v, _) in self.model.views.iter().enumerate().filter(|(_, view)| view.own == i) {

@@ -19,7 +19,7 @@ impl Model {
     }
 
     /// Forces of outside influences on body `index` at time `t` \[s\]: force \[N\] and its lever arm in the principal
-    /// frame \[m\], where it does not act at the centre of mass; whether it is gravity.
+    /// frame \[m\], where it does not act at the centre of mass; whether it has a potential.
     pub(crate) fn forces<'a>(
         &'a self,
         hooks: &'a [V3],
@@ -31,7 +31,7 @@ impl Model {
             if i.is_sudden() {
                 return None;
             }
-            Some((i.force(self.bodies[index].mass), i.hooks.map(|first| hooks[first + k]), i.is_gravity()))
+            Some((i.force(self.bodies[index].mass), i.hooks.map(|first| hooks[first + k]), i.has_potential()))
         })
     }
 }

@@ -181,10 +181,10 @@ impl<'a> Stage<'a> {
         let mut acting: Vec<Acting> = self
             .model
             .forces(&self.state.hooks, i, middle)
-            .map(|(force, arm, is_gravity)| Acting {
+            .map(|(force, arm, has_potential)| Acting {
                 force,
                 lever: arm.map_or(Lever::Centre, Lever::Hook),
-                account: if is_gravity { Account::Gravity } else { Account::Outside },
+                account: if has_potential { Account::Gravity } else { Account::Outside },
             })
             .collect();
         for (v, _) in self.model.views.iter().enumerate().filter(|(_, view)| view.own == i) {

@@ -18,7 +18,7 @@ pub(crate) fn report(
 ) -> Report {
     let pairs = || model.bodies.iter().zip(&state.bodies);
     let kinetic = pairs().map(|(b, m)| b.kinetic(m));
-    let weights = model.influences.iter().filter(|i| i.acts_at(t) && i.is_gravity());
+    let weights = model.influences.iter().filter(|i| i.acts_at(t) && i.has_potential());
     let potential =
         weights.flat_map(|i| i.bodies.iter().map(|&b| -i.force(model.bodies[b].mass).dot(&state.bodies[b].position)));
     Report {

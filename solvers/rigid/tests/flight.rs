@@ -116,6 +116,7 @@ fn every_momentum_is_explained() {
     let mut scene = scene(bodies, 100, 0.01);
     scene.actions = vec![
         gravity(),
+        action(ActionKind::Gravity { acceleration_m_s2: [0.0, 3.0, 0.0] }, 0.3, Some(0.617)),
         action(ActionKind::PointForce { force_n: [1.0, 2.0, -3.0], at_m: Some([1.0, -1.9, 3.1]) }, 0.0333, Some(0.417)),
         action(ActionKind::PointForce { force_n: [0.0, 0.5, 0.1], at_m: None }, 0.2, None),
         action(ActionKind::Impulse { impulse_n_s: [0.1, 0.0, 0.2], at_m: Some([0.0, 0.1, 0.0]) }, 0.0777, None),

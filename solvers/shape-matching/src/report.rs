@@ -17,7 +17,7 @@ impl Model {
 
     /// State and budgets at time `t` \[s\].
     pub(crate) fn report(&self, state: &State, t: f64, books: Option<&Books>) -> Report {
-        let weights = self.influences.iter().filter(|i| i.acts_at(t) && i.is_gravity());
+        let weights = self.influences.iter().filter(|i| i.acts_at(t) && i.has_potential());
         let energy = |(i, mass): (usize, f64), g: V3| -g.dot(&state.bodies[i].position) * mass;
         let potential_j =
             weights.flat_map(|w| w.bodies.iter().map(|&i| energy((i, 1.0), w.force(self.bodies[i].mass))));

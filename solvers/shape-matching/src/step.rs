@@ -117,7 +117,7 @@ fn push(model: &Model, state: &mut State, [start, end]: [f64; 2], books: &mut Bo
             };
             let work_j = body.kick(moving, impulse, at);
             books.driven_j += work_j;
-            if !influence.is_gravity() {
+            if !influence.has_potential() {
                 books.supplied_j += work_j;
             }
             let wrench = Wrench { linear: impulse.into(), angular: at.cross(&impulse).into() };

@@ -98,8 +98,8 @@ fn momentum(mass: f64, x: Vec3, v: Vec3) -> Wrench {
     Wrench { linear: p, angular: cross(x, p) }
 }
 
-/// Energy of a particle by itself at time `t` \[s\]: of its motion, its place and its compression \[J\].
-fn energy(model: &Model, store: &Store, i: usize, t: f64) -> f64 {
+/// Energy of a particle by itself: of its motion, its place and its compression \[J\].
+fn energy(model: &Model, store: &Store, i: usize) -> f64 {
     let id = store.id[i] as usize;
     let (body, mass) = (model.body[id] as usize, model.mass[id]);
     let liquid = &model.liquids[body];
@@ -107,7 +107,7 @@ fn energy(model: &Model, store: &Store, i: usize, t: f64) -> f64 {
         Pressure::Weak => stored(liquid.stiffness, liquid.rho, store.rho[i] / liquid.rho),
         Pressure::Incompressible => 0.0,
     };
-    let weight = model.gravity.iter().filter(|a| a.acts[body] && (a.from..=a.until).contains(&t));
+    let weight = model.gravity.iter().filter(|a| a.acts[body] && a.always());
     let place: f64 = weight.map(|a| -dot(a.acceleration, store.x[i])).sum();
     mass * (0.5 * dot(store.v[i], store.v[i]) + place + pressed)
 }
@@ -130,7 +130,7 @@ impl Course<'_> {
                     store.v[i] = inflow.velocity;
                     store.x[i] = add(model.start[id], scale(inflow.velocity, time - inflow.enters(id)));
                     books.external = books.external.plus(momentum(model.mass[id], store.x[i], store.v[i]));
-                    books.supplied += energy(model, store, i, time);
+                    books.supplied += energy(model, store, i);
                 }
             }
             books.entered += ids.len() as u64;
@@ -150,7 +150,7 @@ impl Course<'_> {
                     continue;
                 }
                 books.external = books.external.minus(momentum(model.mass[id], store.x[i], store.v[i]));
-                books.supplied -= energy(model, store, i, time);
+                books.supplied -= energy(model, store, i);
                 books.drained += 1;
                 (store.rho[i], store.x[i], store.v[i]) = (0.0, drain.center, [0.0; 3]);
                 if let Some(pressure) = store.warm.get_mut(i) {

@@ -73,6 +73,11 @@ pub(crate) struct Gravity {
 }
 
 impl Gravity {
+    /// Whether it has a potential energy: what begins or ends does work.
+    pub(crate) fn always(&self) -> bool {
+        self.from <= 0.0 && self.until == f64::INFINITY
+    }
+
     /// Share of `start..end` \[s\] in which it acts.
     pub(crate) fn share(&self, start: f64, end: f64) -> f64 {
         ((end.min(self.until) - start.max(self.from)) / (end - start)).clamp(0.0, 1.0)

@@ -66,7 +66,7 @@ impl Plugin for Sph {
             bound.push_str("; ");
             bound.push_str(reason);
         }
-        let (bodies, energy) = states(&model, &store, 0.0);
+        let (bodies, energy) = states(&model, &store);
         let points = Points::of(scene);
         let interfaces = model.interfaces.iter().map(|&i| InterfaceReport { interface: i, ..Default::default() });
         let report = Report {
@@ -113,7 +113,7 @@ impl Plugin for Sph {
         course.run(pulse, pool.as_ref())?;
         let (partners, books) = (course.partners, course.books);
         store.rubbed = partners.rubbed(model, length);
-        Ok(run.outputs(start + length, partners, books))
+        Ok(run.outputs(partners, books))
     }
 
     fn visual(&self, body: &str) -> Option<VisualState> {
@@ -172,8 +172,8 @@ impl Run {
         shown.map(one).collect()
     }
 
-    fn outputs(&self, t: f64, partners: Partners, books: Books) -> Outputs {
-        let (bodies, energy) = states(&self.model, &self.store, t);
+    fn outputs(&self, partners: Partners, books: Books) -> Outputs {
+        let (bodies, energy) = states(&self.model, &self.store);
         let (most, strayed) = quality(&self.model, &self.store);
         let (impulses, interfaces) = partners.answer(&self.model);
         let counters = [

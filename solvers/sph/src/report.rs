@@ -13,8 +13,8 @@ use crate::store::Store;
 /// Sizes of the starting domain beyond which a particle has strayed.
 const FAR: f64 = 20.0;
 
-/// State of each body and the energies at time `t` \[s\].
-pub(crate) fn states(model: &Model, store: &Store, t: f64) -> (Vec<BodyState>, Energy) {
+/// State of each body and the energies.
+pub(crate) fn states(model: &Model, store: &Store) -> (Vec<BodyState>, Energy) {
     let at_rest = BodyState { orientation: [0.0, 0.0, 0.0, 1.0], ..BodyState::default() };
     let mut bodies = vec![at_rest; model.liquids.len()];
     let mut energy =
@@ -33,7 +33,7 @@ pub(crate) fn states(model: &Model, store: &Store, t: f64) -> (Vec<BodyState>, E
         if model.params.pressure == Pressure::Weak {
             energy.potential_j += mass * stored(liquid.stiffness, liquid.rho, store.rho[i] / liquid.rho);
         }
-        for action in model.gravity.iter().filter(|a| a.acts[b] && (a.from..=a.until).contains(&t)) {
+        for action in model.gravity.iter().filter(|a| a.acts[b] && a.always()) {
             energy.potential_j -= mass * dot(action.acceleration, x);
         }
     }
@@ -43,6 +43,19 @@ pub(crate) fn states(model: &Model, store: &Store, t: f64) -> (Vec<BodyState>, E
         body.linear_velocity_m_s = scale(body.momentum.linear, one);
     }
     (bodies, energy)
+}
+
+/// Work of gravity that begins or ends, over a substep `start..end` \[s\] in which all moved with the velocities they have \[J\].
+pub(crate) fn pulled(model: &Model, store: &Store, start: f64, end: f64) -> f64 {
+    let mut work = 0.0;
+    for action in model.gravity.iter().filter(|a| !a.always() && a.share(start, end) > 0.0) {
+        let all = (0..store.len()).filter(|&i| is_here(store.rho[i]));
+        let moved =
+            all.map(|i| (store.id[i] as usize, store.v[i])).filter(|&(id, _)| action.acts[model.body[id] as usize]);
+        let momentum = moved.fold([0.0; 3], |sum, (id, v)| add(sum, scale(v, model.mass[id])));
+        work += dot(action.acceleration, momentum) * (end - start) * action.share(start, end);
+    }
+    work
 }
 
 /// Largest compression in millionths, and the number of particles far from where all started.

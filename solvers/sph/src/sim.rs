@@ -12,6 +12,7 @@ use crate::model::Model;
 use crate::near::{CHUNK, Lists, for_chunks};
 use crate::params::Pressure;
 use crate::partner::Partners;
+use crate::report::pulled;
 use crate::store::{Listed, Store};
 use crate::thick::Thick;
 use crate::wall::{Liquids, Walls};
@@ -270,6 +271,7 @@ impl Course<'_> {
             }
         });
         partners.drift(dt);
+        books.supplied += pulled(model, store, *start + time, *start + time + dt);
         let (mut speed, mut most) = (0.0, 0.0);
         for sum in sums.iter() {
             speed = largest(sum.speed, speed);

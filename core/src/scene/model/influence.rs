@@ -17,6 +17,13 @@ pub struct Action {
     pub until_s: Option<f64>,
 }
 
+impl Action {
+    /// Whether it acts at all times. Gravity that does has a potential energy; one that begins or ends does work.
+    pub fn always(&self) -> bool {
+        self.from_s <= 0.0 && self.until_s.is_none()
+    }
+}
+
 /// What an action does.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
