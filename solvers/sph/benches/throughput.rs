@@ -1,17 +1,20 @@
 //! Particle-substeps a second of a collapsing cube of 64 000 particles on one thread and on two.
 //!
-//! What bounds it (two cores at about 3 GHz without AVX, so two lanes in double precision; 30 GB/s together):
-//! - arithmetic: a list holds about 82 neighbours (58 in the kernel, the rest in the skin), gone through twice. A group of
-//!   four costs 16 loads of two lanes a half, 8 square roots or divisions of two lanes at 4 to 8 cycles each, and about 60
-//!   other operations of two lanes: 40 cycles for densities and 50 for forces, as measured. So 21 x 90 = 1900 cycles, 1.6 M/s
-//!   a core at 3 GHz; with AVX, which halves the operations, about twice that.
-//! - memory: each particle's line of 64 B is written once and read by neighbours that lie near in the cache, its list of
-//!   330 B is read twice; positions, velocities, densities about 200 B: 1 kB, 30 M/s.
-//! - boundary particles: 14 000 here, each with half a list in three of the passes: a fifth of the whole.
-//! - lists: one making costs four fifths of a substep, nearly half of it to find runs of cells, and is needed every eighth.
+//! What bounds it (two cores at 3.5 GHz with AVX, so eight lanes in single and four in double precision; 30 GB/s together):
+//! - densities, single precision: a list holds about 82 neighbours (58 in the kernel, the rest in the skin), 11 groups of
+//!   eight. A group costs 16 loads, 40 shuffles that turn them into columns on two ports, a root of 8 cycles, about 60 other
+//!   operations on three ports: 45 cycles; 50 as measured, 160 ns a particle.
+//! - forces, double precision: the 58 in the kernel, 15 groups of four, each 16 loads, 24 shuffles, a division of 8 cycles
+//!   and about 50 other operations: 35 cycles; 42 as measured, 180 ns. Distances come with the list, which saves the roots.
+//! - lists: one making costs about a third of a substep and is needed every eighth: 20 ns.
+//! - boundary particles: 14 000 here, each with half a list in three of the passes: 60 ns.
+//! - so 2.3 M/s a core, and 4.6 M/s of two; what is not shared out, a twentieth, leaves 4.3. On registers of two doubles (SSE2)
+//!   about half of it.
+//! - memory: each particle's 64 and 32 B are written once and read by neighbours that lie near in the cache, its list of
+//!   330 B is read, pairs of 460 B written and read; positions, velocities, densities about 200 B: 1.6 kB, 20 M/s.
 //! - dfsph: an iteration reads 8 B of each of 58 pairs in each of two passes, 0.9 kB a particle, 60 ns a core. From the cache
-//!   a group of four costs 17 and 22 cycles, 190 ns a particle, so that arithmetic bounds it, and 10 iterations of a
-//!   substep 0.5 M/s a core. All else costs as much as nine iterations: one pass over the pairs that measures and rubs, one for
+//!   a group of four costs 17 and 22 cycles, 160 ns a particle, so that arithmetic bounds it, and 10 iterations of a
+//!   substep 0.6 M/s a core. All else costs as much as nine iterations: one pass over the pairs that measures and rubs, one for
 //!   the impulses, and lists.
 //!
 //! Run with `cargo bench -p cosplat-sph`.

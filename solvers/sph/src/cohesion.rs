@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 use cosplat_core::boundary::{norm, sub};
 use cosplat_core::plugin::SolverScene;
 use cosplat_core::scene::ActionKind;
-use wide::f64x4;
+use fearless_simd::{Simd, f64x4};
 
 use crate::grid::Grid;
 use crate::kernel::Kernel;
@@ -42,12 +42,12 @@ pub(crate) fn inside(tension: f64, kernel: &Kernel) -> f64 {
     1.6 * 16.0 / 3.0 * tension / kernel.reach
 }
 
-/// `q (1 - q)²/r` of four \[1/m\].
-#[inline]
-pub(crate) fn pull(kernel: &Kernel, r: f64x4) -> f64x4 {
+/// `q (1 - q)²/r` of four with `t = 1 - q` \[1/m\].
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "as said in `lanes`")]
+pub(crate) fn pull<S: Simd>(kernel: &Kernel, t: f64x4<S>) -> f64x4<S> {
     // q/r is one over the support.
-    let t = (f64x4::ONE - r * f64x4::splat(kernel.half_inverse)).max(f64x4::ZERO);
-    f64x4::splat(kernel.half_inverse) * t * t
+    kernel.half_inverse * t * t
 }
 
 /// Energy of all pairs \[J\], against all far apart: not positive.

@@ -1,13 +1,14 @@
 //! What a particle feels of the liquid around it: sums over the pairs that two kinds of pressure share.
+#![expect(clippy::inline_always, reason = "as said in `lanes`")]
 
 use cosplat_core::boundary::{Vec3, add, scale};
-use wide::f64x4;
+use fearless_simd::{Simd, f64x4, prelude::*};
 
 use crate::cohesion;
+use crate::compress::Compression;
 use crate::force::{Pass, drag};
 use crate::kernel::Kernel;
-use crate::lanes::{Four, LANES, Pack, gather};
-use crate::near::CHUNK;
+use crate::lanes::{Four, LANES, Pack, Vec3x4, accumulate, gather, total, zero, zeros};
 use crate::store::Store;
 
 /// What a particle feels of the liquid around it: force, the viscous part of it \[N\] and power lost \[W\].
@@ -19,62 +20,81 @@ pub(crate) struct Felt {
 }
 
 /// Sums over the neighbours of a particle of what viscosity and cohesion do.
-pub(crate) struct Rubs<'a> {
+pub(crate) struct Rubs<'a, S: Simd> {
     pass: &'a Pass<'a>,
     store: &'a Store,
     body: usize,
     coheres: bool,
     /// Over its volume.
-    rubbed: [f64x4; 3],
-    lost: f64x4,
-    pulled: [f64x4; 3],
+    rubbed: Vec3x4<S>,
+    lost: f64x4<S>,
+    pulled: Vec3x4<S>,
 }
 
-impl<'a> Rubs<'a> {
+impl<'a, S: Simd> Rubs<'a, S> {
     /// Nothing yet.
-    #[inline]
-    pub(crate) fn new(pass: &'a Pass<'a>, store: &'a Store, own: &Pack, i: usize) -> Self {
+    #[inline(always)]
+    pub(crate) fn new(simd: S, pass: &'a Pass<'a>, store: &'a Store, own: &Pack, i: usize) -> Self {
         let body = pass.model.body[store.id[i] as usize] as usize;
         let coheres = pass.model.liquids[body].cohesion > 0.0 && own.volume > 0.0;
-        let zero = [f64x4::ZERO; 3];
-        Self { pass, store, body, coheres, rubbed: zero, lost: f64x4::ZERO, pulled: zero }
+        Self { pass, store, body, coheres, rubbed: zeros(simd), lost: zero(simd), pulled: zeros(simd) }
     }
 
-    /// Adds four, with the slope of the kernel times their volumes.
+    /// Adds four, with `t = 1 - r/2h` and the slope of the kernel times their volumes.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call for every group of pairs costs a tenth of the pass")]
-    pub(crate) fn add(&mut self, kernel: &Kernel, others: &Four, j: &[u32], slope: f64x4) {
-        let approach = others.approach();
-        let rub = slope * drag(kernel, self.pass.viscosities(self.store, self.body, j), approach, others.square);
+    pub(crate) fn add(
+        &mut self,
+        kernel: &Kernel,
+        others: &Four<S>,
+        j: &[u32; LANES],
+        (t, slope): (f64x4<S>, f64x4<S>),
+    ) {
+        let (approach, simd) = (others.approach(), slope.token());
+        let viscosities = self.pass.viscosities(simd, self.store, self.body, j);
+        let rub = slope * drag(kernel, viscosities, approach, others.square);
         self.lost -= rub * approach;
-        self.rubbed = [0, 1, 2].map(|k| self.rubbed[k] + others.apart[k] * rub);
+        accumulate(&mut self.rubbed, &others.apart, rub);
         if self.coheres {
-            let pull = cohesion::pull(kernel, others.r) * self.pass.cohesions(self.store, self.body, j);
-            self.pulled = [0, 1, 2].map(|k| self.pulled[k] - others.apart[k] * pull);
+            let pull = cohesion::pull(kernel, t) * self.pass.cohesions(simd, self.store, self.body, j);
+            accumulate(&mut self.pulled, &others.apart, -pull);
         }
     }
 
     /// All of it, with a force of pressure \[N\] and for a volume \[m³\].
-    #[inline]
+    #[inline(always)]
     pub(crate) fn felt(&self, pressed: Vec3, volume: f64) -> Felt {
         let rubbed = scale(gather(self.rubbed), volume);
         let force = add(add(pressed, rubbed), gather(self.pulled));
-        Felt { force, rubbed, lost: 0.5 * volume * self.lost.reduce_add() }
+        Felt { force, rubbed, lost: 0.5 * volume * total(self.lost) }
     }
 }
 
-impl Pass<'_> {
-    /// What a particle feels of the liquid around it.
-    pub(crate) fn feel(&self, store: &Store, pack: &[Pack], i: usize) -> Felt {
-        let (kernel, own) = (self.model.kernel, &pack[i]);
-        let mut rubs = Rubs::new(self, store, own, i);
-        let (mut force, pressure) = ([f64x4::ZERO; 3], f64x4::splat(own.pressure));
-        for j in self.lists.chunks()[i / CHUNK].row(i % CHUNK).chunks_exact(LANES) {
-            let others = Four::new(own, pack, j);
-            let slope = kernel.slopes(others.r) * others.volume;
-            rubs.add(&kernel, &others, j, slope);
-            let along = slope * (pressure + others.pressure);
-            force = [0, 1, 2].map(|k| force[k] - others.apart[k] * along);
+/// What knows or finds out what particles feel of the liquid.
+pub(crate) trait Feels: Sync {
+    /// What a particle feels of it.
+    fn felt<S: Simd>(&self, simd: S, i: usize) -> Felt;
+}
+
+/// Sums over those in the kernel's reach, by the pressures in the packs.
+pub(crate) struct Around<'a> {
+    pub(crate) pass: &'a Pass<'a>,
+    pub(crate) store: &'a Store,
+    pub(crate) pack: &'a [Pack],
+    pub(crate) compression: &'a Compression,
+}
+
+impl Feels for Around<'_> {
+    #[inline(always)]
+    fn felt<S: Simd>(&self, simd: S, i: usize) -> Felt {
+        let (kernel, own) = (self.pass.model.kernel, &self.pack[i]);
+        let mut rubs = Rubs::new(simd, self.pass, self.store, own, i);
+        let mut force = zeros(simd);
+        for (j, &[a, b, c, d]) in self.compression.close(i).groups() {
+            let others = Four::new(simd, own, self.pack, j);
+            let t = f64x4::load_array(simd, [f64::from(a), f64::from(b), f64::from(c), f64::from(d)]);
+            let slope = kernel.slopes_at(t) * others.volume;
+            rubs.add(&kernel, &others, j, (t, slope));
+            accumulate(&mut force, &others.apart, -(slope * (own.pressure + others.pressure)));
         }
         rubs.felt(scale(gather(force), own.volume), own.volume)
     }

@@ -1,4 +1,4 @@
-//! Forces and density rates: two passes over the pairs of particles in a substep.
+//! Forces: the second of two passes over the pairs of particles in a substep, after that for densities (`compress`).
 //!
 //! Pressure `F_ij = -V_i V_j (p_i + p_j) ∇W` and continuity `ρ̇_i = ρ_i Σ V_j (v_i - v_j)·∇W` belong together: what the one
 //! does as work the other stores (Colagrossi and Landrini 2003). Viscosity in Monaghan's form
@@ -6,21 +6,19 @@
 //! dimensions; `drag` says why η is large) acts along the line between two particles, so that angular momentum is kept. Densities diffuse,
 //! `δ h c Σ 2 (ρ_j - ρ_i - ρ_ij^H)(x_ji·∇W)/r² V_j` (Molteni and Colagrossi 2009), less what hydrostatics makes of their
 //! difference (Fourtakas et al. 2019, to first order in the compression).
+#![expect(clippy::inline_always, reason = "as said in `lanes`")]
 
 use cosplat_core::boundary::{Vec3, Wrench, add, cross, dot, scale};
-use wide::f64x4;
+use fearless_simd::{Level, Simd, dispatch, f64x4, prelude::*};
 
-use crate::felt::Felt;
+use crate::felt::{Feels, Felt};
 use crate::gates::is_here;
 use crate::kernel::Kernel;
-use crate::lanes::{Four, LANES, Pack};
+use crate::lanes::{LANES, Pack};
 use crate::model::{Liquid, Model};
 use crate::near::{CHUNK, Lists, for_chunks};
 use crate::store::Store;
 use crate::wall::Walls;
-
-/// Kernel sum below which a particle is spray: it forgets that it was ever rarefied.
-const SPRAY: f64 = 0.6;
 
 /// Sums over a chunk in one substep.
 #[derive(Clone, Copy, Debug, Default)]
@@ -64,9 +62,9 @@ const SHEAR: f64 = 40.73;
 /// With Monaghan's `10 μ (v·x)/(r² + 0.01 h²)` a cubic lattice, in which each liquid starts, has 0.84 of the viscosity against
 /// shear along its rows, 0.95 to 0.84 as they slide, and 1.22 of it across: the nearest neighbours count too much. With this
 /// softening it is 0.987 to 1.003 of it in all of them, by sums over the lattice.
-#[inline]
-pub(crate) fn drag(kernel: &Kernel, viscosity: f64x4, approach: f64x4, square: f64x4) -> f64x4 {
-    f64x4::splat(SHEAR) * viscosity * approach / (square + f64x4::splat(SOFT * kernel.h * kernel.h))
+#[inline(always)]
+pub(crate) fn drag<S: Simd>(kernel: &Kernel, viscosity: f64x4<S>, approach: f64x4<S>, square: f64x4<S>) -> f64x4<S> {
+    SHEAR * viscosity * approach / (square + SOFT * kernel.h * kernel.h)
 }
 
 /// Pressure by the Tait equation with exponent 7 \[Pa\]; a liquid is never under tension.
@@ -83,14 +81,19 @@ pub(crate) fn stored(stiffness: f64, rho: f64, ratio: f64) -> f64 {
 }
 
 /// Volume \[m³\]: who is put aside acts on nobody.
-fn volume(mass: f64, _: &Liquid, rho: f64) -> f64 {
+pub(crate) fn volume(mass: f64, rho: f64) -> f64 {
     if rho > 0.0 { mass / rho } else { 0.0 }
 }
 
 impl Pass<'_> {
     /// Packs the particles with their pressures.
     pub(crate) fn pack(&self, store: &Store, pack: &mut [Pack]) {
-        self.fill(store, pack, volume, |liquid, rho| pressure(liquid.stiffness, rho / liquid.rho));
+        self.fill(
+            store,
+            pack,
+            |mass, _, rho| volume(mass, rho),
+            |liquid, rho| pressure(liquid.stiffness, rho / liquid.rho),
+        );
     }
 
     /// Packs the particles with their volumes at rest, without pressure.
@@ -98,9 +101,9 @@ impl Pass<'_> {
         self.fill(store, pack, |mass, liquid, _| mass / liquid.rho, |_, _| 0.0);
     }
 
-    /// Packs the particles with their densities in the place of pressures.
-    pub(crate) fn dense(&self, store: &Store, pack: &mut [Pack]) {
-        self.fill(store, pack, volume, |_, rho| rho);
+    /// Packs the particles without pressure.
+    pub(crate) fn unpressed(&self, store: &Store, pack: &mut [Pack]) {
+        self.fill(store, pack, |mass, _, rho| volume(mass, rho), |_, _| 0.0);
     }
 
     fn fill(
@@ -129,72 +132,94 @@ impl Pass<'_> {
         store: &Store,
         pack: &[Pack],
         walls: &Walls,
-        felt: impl Fn(usize) -> Felt + Sync,
+        felt: &impl Feels,
         (acceleration, sums): (&mut [Vec3], &mut [Sums]),
     ) {
-        let model = self.model;
         for_chunks(self.parallel, acceleration, sums, &|c, acceleration, sums| {
             *sums = Sums::default();
-            for (k, acceleration) in acceleration.iter_mut().enumerate() {
-                let i = c * CHUNK + k;
-                let id = store.id[i] as usize;
-                let (body, own, mass) = (model.body[id] as usize, &pack[i], model.mass[id]);
-                let Felt { mut force, mut rubbed, mut lost } = felt(i);
-                let touched = walls.near(i);
-                if !touched.is_empty() {
-                    let by = walls.press(model, own, touched);
-                    lost += by.lost;
-                    rubbed = add(rubbed, by.rubbed);
-                    sums.walls = sums.walls.plus(Wrench { linear: by.statics, angular: cross(own.x, by.statics) });
-                    force = add(force, add(by.statics, by.partners));
-                }
-                let g = if is_here(store.rho[i]) { self.gravity[body] } else { [0.0; 3] };
-                *acceleration = add(scale(force, 1.0 / mass), g);
-                // Work is force times the mean velocity over the substep: where pressure shakes particles, what viscosity takes
-                // by their velocities at its start is up to twice as much.
-                sums.lost += lost - 0.5 * self.dt * dot(rubbed, *acceleration);
-                sums.acceleration = largest(dot(*acceleration, *acceleration), sums.acceleration);
-                let weight = scale(g, mass);
-                sums.weight = sums.weight.plus(Wrench { linear: weight, angular: cross(own.x, weight) });
-            }
+            let out = (c * CHUNK, acceleration, sums);
+            dispatch!(Level::new(), simd => self.accelerate_some(simd, store, pack, walls, felt, out));
         });
     }
 
+    /// Those of the particles from `first` on.
+    #[inline(always)]
+    fn accelerate_some<S: Simd>(
+        &self,
+        simd: S,
+        store: &Store,
+        pack: &[Pack],
+        walls: &Walls,
+        felt: &impl Feels,
+        (first, acceleration, sums): (usize, &mut [Vec3], &mut Sums),
+    ) {
+        let model = self.model;
+        for (k, acceleration) in acceleration.iter_mut().enumerate() {
+            let i = first + k;
+            let id = store.id[i] as usize;
+            let (body, own, mass) = (model.body[id] as usize, &pack[i], model.mass[id]);
+            let Felt { mut force, mut rubbed, mut lost } = felt.felt(simd, i);
+            let touched = walls.near(i);
+            if !touched.is_empty() {
+                let by = walls.press(simd, model, own, touched);
+                lost += by.lost;
+                rubbed = add(rubbed, by.rubbed);
+                sums.walls = sums.walls.plus(Wrench { linear: by.statics, angular: cross(own.x, by.statics) });
+                force = add(force, add(by.statics, by.partners));
+            }
+            let g = if is_here(store.rho[i]) { self.gravity[body] } else { [0.0; 3] };
+            *acceleration = add(scale(force, 1.0 / mass), g);
+            // Work is force times the mean velocity over the substep: where pressure shakes particles, what viscosity takes
+            // by their velocities at its start is up to twice as much.
+            sums.lost += lost - 0.5 * self.dt * dot(rubbed, *acceleration);
+            sums.acceleration = largest(dot(*acceleration, *acceleration), sums.acceleration);
+            let weight = scale(g, mass);
+            sums.weight = sums.weight.plus(Wrench { linear: weight, angular: cross(own.x, weight) });
+        }
+    }
+
     /// Viscosities of four pairs: the harmonic mean, which keeps the shear stress continuous (Cleary and Monaghan 1999).
-    #[inline]
-    pub(crate) fn viscosities(&self, store: &Store, body: usize, j: &[u32]) -> f64x4 {
-        self.mean(store, body, j, |l| l.viscosity)
+    #[inline(always)]
+    pub(crate) fn viscosities<S: Simd>(&self, simd: S, store: &Store, body: usize, j: &[u32; LANES]) -> f64x4<S> {
+        self.mean(simd, store, body, j, |l| l.viscosity)
     }
 
     /// Implicit viscosities of four pairs, likewise.
-    #[inline]
-    pub(crate) fn thickness(&self, store: &Store, body: usize, j: &[u32]) -> f64x4 {
-        self.mean(store, body, j, |l| l.thickness)
+    #[inline(always)]
+    pub(crate) fn thickness<S: Simd>(&self, simd: S, store: &Store, body: usize, j: &[u32; LANES]) -> f64x4<S> {
+        self.mean(simd, store, body, j, |l| l.thickness)
     }
 
-    #[inline]
-    fn mean(&self, store: &Store, body: usize, j: &[u32], of: impl Fn(&Liquid) -> f64) -> f64x4 {
+    #[inline(always)]
+    fn mean<S: Simd>(
+        &self,
+        simd: S,
+        store: &Store,
+        body: usize,
+        j: &[u32; LANES],
+        of: impl Fn(&Liquid) -> f64,
+    ) -> f64x4<S> {
         let (liquids, own) = (&self.model.liquids, of(&self.model.liquids[body]));
         if liquids.len() == 1 {
-            return f64x4::splat(own);
+            return f64x4::splat(simd, own);
         }
         let mean = |k: usize| {
             let Some(&id) = store.id.get(j[k] as usize) else { return own };
             let other = of(&liquids[self.model.body[id as usize] as usize]);
             2.0 * own * other / (own + other).max(f64::MIN_POSITIVE)
         };
-        f64x4::new([mean(0), mean(1), mean(2), mean(3)])
+        f64x4::load_array(simd, [mean(0), mean(1), mean(2), mean(3)])
     }
 
     /// Factors of the pull of four pairs: nothing between different liquids, and none of nobody.
-    #[inline]
-    pub(crate) fn cohesions(&self, store: &Store, body: usize, j: &[u32]) -> f64x4 {
+    #[inline(always)]
+    pub(crate) fn cohesions<S: Simd>(&self, simd: S, store: &Store, body: usize, j: &[u32; LANES]) -> f64x4<S> {
         let of = |k: usize| {
             let j = j[k] as usize;
             let same = store.id.get(j).is_some_and(|&id| self.model.body[id as usize] as usize == body);
             if same && store.rho[j] > 0.0 { self.model.liquids[body].cohesion } else { 0.0 }
         };
-        f64x4::new([of(0), of(1), of(2), of(3)])
+        f64x4::load_array(simd, [of(0), of(1), of(2), of(3)])
     }
 
     /// Velocities after the impulses, in the store and the packs.
@@ -214,63 +239,5 @@ impl Pass<'_> {
                 pack.v = *v;
             }
         });
-    }
-
-    /// Densities of the substep, from the velocities and places at its start.
-    pub(crate) fn compress(&self, store: &Store, pack: &[Pack], walls: &Walls, next: &mut [f64]) {
-        let mut nothing = vec![(); store.len().div_ceil(CHUNK)];
-        let model = self.model;
-        let kernel = model.kernel;
-        for_chunks(self.parallel, next, &mut nothing, &|c, next, ()| {
-            for (k, next) in next.iter_mut().enumerate() {
-                let i = c * CHUNK + k;
-                let body = model.body[store.id[i] as usize];
-                let (own, rho, liquid) = (&pack[i], store.rho[i], &model.liquids[body as usize]);
-                if rho <= 0.0 {
-                    *next = rho;
-                    continue;
-                }
-                let slant = scale(self.gravity[body as usize], liquid.rho / (liquid.sound * liquid.sound));
-                // What diffuses counts as an approach: its hydrostatic part as one by a velocity of the particle.
-                let spread = 2.0 * model.params.diffusion * kernel.h * liquid.sound / rho;
-                let slanted = Pack { v: add(own.v, scale(slant, -spread)), ..*own };
-                let spread = f64x4::splat(spread);
-                let (mut squeeze, mut sum) = (f64x4::ZERO, f64x4::ZERO);
-                for j in self.lists.chunks()[c].row(k).chunks_exact(LANES) {
-                    let others = Four::new(&slanted, pack, j);
-                    let slope = kernel.slopes(others.r) * others.volume;
-                    let denser = self.densities(store, body, rho, &others, j) - f64x4::splat(rho);
-                    squeeze += slope * (others.approach() - spread * denser);
-                    sum += kernel.weights(others.r) * others.volume;
-                }
-                for b in walls.near(i).chunks_exact(LANES) {
-                    let others = Four::new(own, walls.sliding(), b);
-                    squeeze += kernel.slopes(others.r) * others.volume * others.approach();
-                    sum += kernel.weights(others.r) * others.volume;
-                }
-                let sum = sum.reduce_add() + own.volume * kernel.weight(0.0);
-                *next = rho + self.dt * rho * squeeze.reduce_add();
-                if sum < SPRAY && *next < liquid.rho {
-                    *next = liquid.rho;
-                }
-            }
-        });
-    }
-
-    /// Densities of four neighbours; the own one for those of another body, between which nothing diffuses.
-    #[inline]
-    fn densities(&self, store: &Store, body: u32, own: f64, others: &Four, j: &[u32]) -> f64x4 {
-        if self.model.liquids.len() == 1 {
-            // Nobody has no volume, so that its density does not matter.
-            return others.pressure;
-        }
-        let one = |k: usize| {
-            let j = j[k] as usize;
-            match store.rho.get(j) {
-                Some(&rho) if self.model.body[store.id[j] as usize] == body => rho,
-                _ => own,
-            }
-        };
-        f64x4::new([one(0), one(1), one(2), one(3)])
     }
 }

@@ -1,6 +1,9 @@
 //! A uniform grid of cells over the particles: physical sorting and the search for what is near.
 
 use cosplat_core::boundary::{Vec3, dot, sub};
+use fearless_simd::{Level, Simd, dispatch, f64x8, mask32x8, prelude::*, u32x8};
+
+use crate::single::WIDE;
 
 /// Cells beyond this number and eight a particle are made larger instead.
 const MOST_CELLS: f64 = 1e6;
@@ -10,7 +13,7 @@ const MOST_CELLS: f64 = 1e6;
 const FINENESS: f64 = 0.5;
 
 /// Places by which a list grows beyond what it may need at once.
-const ROOM: usize = 64;
+const ROOM: usize = 64 + WIDE;
 
 /// Particles by cell, x running fastest, so that neighbouring cells in a row are one run.
 #[derive(Clone, Debug, Default)]
@@ -80,35 +83,35 @@ impl Grid {
         });
     }
 
-    /// Adds to a list every particle closer than `reach` to `x` that is `wanted`, in rising order.
-    #[inline]
-    pub(crate) fn list(
-        &self,
-        sorted: &[Vec3],
-        x: Vec3,
-        reach: f64,
-        wanted: impl Fn(usize) -> bool,
-        list: &mut Vec<u32>,
-    ) {
-        let (square, mut end) = (reach * reach, list.len());
+    /// Adds to a list every particle closer than `reach` to `x` but `one`, in rising order.
+    pub(crate) fn list(&self, sorted: &Sorted, x: Vec3, reach: f64, one: u32, list: &mut Vec<u32>) {
+        dispatch!(Level::new(), simd => self.list_with(simd, sorted, x, reach, one, list));
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "as said in `lanes`")]
+    fn list_with<S: Simd>(&self, simd: S, sorted: &Sorted, x: Vec3, reach: f64, one: u32, list: &mut Vec<u32>) {
+        let mut end = list.len();
+        let offsets = u32x8::load_array(simd, [0, 1, 2, 3, 4, 5, 6, 7]);
         self.rows(x, reach, |from, to| {
-            if list.len() < end + to - from {
+            if list.len() < end + to - from + WIDE {
                 list.resize(end + to - from + ROOM, 0);
             }
-            let (room, mut count) = (&mut list[end..], 0);
-            for (i, &other) in sorted[from..to].iter().enumerate() {
-                let apart = sub(x, other);
-                // Written whether it is near or not: a branch, which goes either way, would be foretold badly.
-                room[count] = (from + i) as u32;
-                count += usize::from((dot(apart, apart) < square) & wanted(from + i));
+            for i in (from..to).step_by(WIDE) {
+                let (near, all) = (sorted.near(simd, i, x, reach * reach), offsets + i as u32);
+                let counts = near & all.simd_lt(to as u32) & all.simd_ne(one);
+                // All are written, and those beyond the ones that count written over: a branch, which goes either way,
+                // would be foretold badly.
+                all.compress(counts).store_slice(&mut list[end..end + WIDE]);
+                end += counts.to_bitmask().count_ones() as usize;
             }
-            end += count;
         });
         list.truncate(end);
     }
 
     /// Calls `found` with the runs of particles in the cells that are within `reach` of `x`.
-    #[inline]
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "as said in `lanes`")]
     fn rows(&self, x: Vec3, reach: f64, mut found: impl FnMut(usize, usize)) {
         if self.first.is_empty() || x.iter().any(|x| x.is_nan()) {
             return;
@@ -140,6 +143,29 @@ impl Grid {
     }
 }
 
+/// Places by coordinates, for as many at once as fit the lanes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Sorted([Vec<f64>; 3]);
+
+impl Sorted {
+    /// Of those positions \[m\].
+    pub(crate) fn new(x: &[Vec3]) -> Self {
+        // As many more as a group may reach beyond the last one.
+        Self([0, 1, 2].map(|k| x.iter().map(|x| x[k]).chain([f64::NAN; WIDE]).collect()))
+    }
+
+    /// Which of those from `i` on are nearer to `x` than the root of `square`.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "as said in `lanes`")]
+    fn near<S: Simd>(&self, simd: S, i: usize, x: Vec3, square: f64) -> mask32x8<S> {
+        let [u, v, w] = &self.0;
+        let u = x[0] - f64x8::from_slice(simd, &u[i..i + WIDE]);
+        let v = x[1] - f64x8::from_slice(simd, &v[i..i + WIDE]);
+        let w = x[2] - f64x8::from_slice(simd, &w[i..i + WIDE]);
+        mask32x8::from_bitmask(simd, (u * u + v * v + w * w).simd_lt(square).to_bitmask())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -157,8 +183,9 @@ mod tests {
             let expected: Vec<usize> = (0..sorted.len()).filter(|&i| close(&sorted[i])).collect();
             assert_eq!(found, expected, "{probe:?}");
             let mut listed = vec![7];
-            grid.list(&sorted, probe, 0.2, |i| i % 3 > 0, &mut listed);
-            let wanted = expected.iter().filter(|&i| i % 3 > 0).map(|&i| i as u32);
+            let one = expected.get(1).map_or(u32::MAX, |&i| i as u32);
+            grid.list(&Sorted::new(&sorted), probe, 0.2, one, &mut listed);
+            let wanted = expected.iter().map(|&i| i as u32).filter(|&i| i != one);
             assert_eq!(listed, std::iter::once(7).chain(wanted).collect::<Vec<_>>(), "{probe:?}");
         }
         Grid::new(&[], 0.1).0.near(&[], [0.0; 3], 0.1, |_| panic!("nothing is there"));

@@ -1,7 +1,12 @@
-//! Four neighbours at a time.
+//! Four neighbours at a time, in registers as wide as the processor has.
+//!
+//! Whatever that width is, each lane takes the same steps and lanes are added in the same order, so that the bytes do not
+//! depend on the processor. What takes a token `S` must become part of the function that was dispatched for it: it is
+//! inlined always, and its closures and maps over arrays, which are not always, hold nothing that computes with lanes.
+#![expect(clippy::inline_always, reason = "a call would be compiled for the narrowest registers")]
 
 use cosplat_core::boundary::Vec3;
-use wide::f64x4;
+use fearless_simd::{Simd, f64x2, f64x4, prelude::*};
 
 use crate::kernel::Kernel;
 
@@ -19,68 +24,173 @@ pub(crate) struct Pack {
     pub(crate) pressure: f64,
 }
 
+/// Three components of four.
+pub(crate) type Vec3x4<S> = [f64x4<S>; 3];
+
 /// Four of them, seen from one particle.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Four {
+pub(crate) struct Four<S: Simd> {
     /// Way from each to the particle \[m\], and its square.
-    pub(crate) apart: [f64x4; 3],
-    pub(crate) square: f64x4,
+    pub(crate) apart: Vec3x4<S>,
+    pub(crate) square: f64x4<S>,
     /// Distance \[m\].
-    pub(crate) r: f64x4,
+    pub(crate) r: f64x4<S>,
     /// Velocity of the particle relative to each \[m/s\].
-    pub(crate) relative: [f64x4; 3],
-    pub(crate) volume: f64x4,
-    pub(crate) pressure: f64x4,
+    pub(crate) relative: Vec3x4<S>,
+    pub(crate) volume: f64x4<S>,
+    pub(crate) pressure: f64x4<S>,
 }
 
-impl Four {
-    /// Those with the numbers `j`, of which there are four, seen from `own`.
+/// Whole groups of a list.
+#[inline(always)]
+pub(crate) fn groups(list: &[u32]) -> &[[u32; LANES]] {
+    list.as_chunks().0
+}
+
+/// First and second column of four rows of two.
+#[inline(always)]
+fn columns<S: Simd>(simd: S, [a, b, c, d]: [[f64; 2]; LANES]) -> (f64x4<S>, f64x4<S>) {
+    let (a, b) = (f64x2::load_array(simd, a), f64x2::load_array(simd, b));
+    let (c, d) = (f64x2::load_array(simd, c), f64x2::load_array(simd, d));
+    (a.zip_low(b).combine(c.zip_low(d)), a.zip_high(b).combine(c.zip_high(d)))
+}
+
+impl<S: Simd> Four<S> {
+    /// Those with the numbers `j`, seen from `own`.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call for every group of pairs costs a tenth of a pass")]
-    pub(crate) fn new(own: &Pack, pack: &[Pack], j: &[u32]) -> Self {
-        // Written out: a map over an array is not always inlined.
-        let at = |k: usize| &pack[j[k] as usize];
-        let (a, b, c, d) = (at(0), at(1), at(2), at(3));
-        let lanes = |f: &dyn Fn(&Pack) -> f64| f64x4::new([f(a), f(b), f(c), f(d)]);
-        let apart = [0, 1, 2].map(|k| f64x4::splat(own.x[k]) - f64x4::new([a.x[k], b.x[k], c.x[k], d.x[k]]));
-        let relative = [0, 1, 2].map(|k| f64x4::splat(own.v[k]) - f64x4::new([a.v[k], b.v[k], c.v[k], d.v[k]]));
-        let square = apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2];
-        let (volume, pressure) = (lanes(&|p| p.volume), lanes(&|p| p.pressure));
+    pub(crate) fn new(simd: S, own: &Pack, pack: &[Pack], j: &[u32; LANES]) -> Self {
+        let (a, b) = (&pack[j[0] as usize], &pack[j[1] as usize]);
+        let (c, d) = (&pack[j[2] as usize], &pack[j[3] as usize]);
+        let (x, y) = columns(simd, [[a.x[0], a.x[1]], [b.x[0], b.x[1]], [c.x[0], c.x[1]], [d.x[0], d.x[1]]]);
+        let (z, volume) =
+            columns(simd, [[a.x[2], a.volume], [b.x[2], b.volume], [c.x[2], c.volume], [d.x[2], d.volume]]);
+        let (u, v) = columns(simd, [[a.v[0], a.v[1]], [b.v[0], b.v[1]], [c.v[0], c.v[1]], [d.v[0], d.v[1]]]);
+        let (w, pressure) =
+            columns(simd, [[a.v[2], a.pressure], [b.v[2], b.pressure], [c.v[2], c.pressure], [d.v[2], d.pressure]]);
+        let apart = [own.x[0] - x, own.x[1] - y, own.x[2] - z];
+        let relative = [own.v[0] - u, own.v[1] - v, own.v[2] - w];
+        let square = along(&apart, &apart);
         Self { apart, square, r: square.sqrt(), relative, volume, pressure }
     }
 
     /// Velocity along the way between them, times its length \[m²/s\].
-    #[inline]
-    pub(crate) fn approach(&self) -> f64x4 {
-        self.relative[0] * self.apart[0] + self.relative[1] * self.apart[1] + self.relative[2] * self.apart[2]
+    #[inline(always)]
+    pub(crate) fn approach(&self) -> f64x4<S> {
+        along(&self.relative, &self.apart)
     }
 }
 
 impl Kernel {
     /// `W'(r)/r` of four \[1/m⁵\].
-    #[inline]
-    pub(crate) fn slopes(&self, r: f64x4) -> f64x4 {
-        let t = self.inside(r);
-        f64x4::splat(self.slope) * (t * t * t)
+    #[inline(always)]
+    pub(crate) fn slopes<S: Simd>(&self, r: f64x4<S>) -> f64x4<S> {
+        self.slopes_at(self.inside(r))
+    }
+
+    /// The same by `t = 1 - r/2h`.
+    #[inline(always)]
+    pub(crate) fn slopes_at<S: Simd>(&self, t: f64x4<S>) -> f64x4<S> {
+        self.slope * (t * t * t)
     }
 
     /// `W(r)` of four \[1/m³\].
-    #[inline]
-    pub(crate) fn weights(&self, r: f64x4) -> f64x4 {
-        let t = self.inside(r);
-        let square = t * t;
-        f64x4::splat(self.alpha) * square * square * (f64x4::splat(5.0) - f64x4::splat(4.0) * t)
+    #[inline(always)]
+    pub(crate) fn weights<S: Simd>(&self, r: f64x4<S>) -> f64x4<S> {
+        self.weights_at(self.inside(r))
     }
 
-    #[inline]
-    pub(crate) fn inside(&self, r: f64x4) -> f64x4 {
-        (f64x4::ONE - r * f64x4::splat(self.half_inverse)).fast_max(f64x4::ZERO)
+    /// The same by `t = 1 - r/2h`.
+    #[inline(always)]
+    pub(crate) fn weights_at<S: Simd>(&self, t: f64x4<S>) -> f64x4<S> {
+        let square = t * t;
+        self.alpha * square * square * (5.0 - 4.0 * t)
+    }
+
+    /// `1 - r/2h` of four, not below 0.
+    #[inline(always)]
+    pub(crate) fn inside<S: Simd>(&self, r: f64x4<S>) -> f64x4<S> {
+        (1.0 - r * self.half_inverse).max(zero(r.token()))
     }
 }
 
-/// Adds four vectors.
-#[inline]
-pub(crate) fn gather(sum: [f64x4; 3]) -> Vec3 {
-    // Written out: a map over an array is not always inlined.
-    [sum[0].reduce_add(), sum[1].reduce_add(), sum[2].reduce_add()]
+/// Nothing.
+#[inline(always)]
+pub(crate) fn zero<S: Simd>(simd: S) -> f64x4<S> {
+    f64x4::splat(simd, 0.0)
+}
+
+/// No vector.
+#[inline(always)]
+pub(crate) fn zeros<S: Simd>(simd: S) -> Vec3x4<S> {
+    [zero(simd); 3]
+}
+
+/// Scalar products of four.
+#[inline(always)]
+pub(crate) fn along<S: Simd>(a: &Vec3x4<S>, b: &Vec3x4<S>) -> f64x4<S> {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The same with one vector.
+#[inline(always)]
+pub(crate) fn along_one<S: Simd>(a: &Vec3x4<S>, b: Vec3) -> f64x4<S> {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Adds four vectors times factors.
+#[inline(always)]
+pub(crate) fn accumulate<S: Simd>(sum: &mut Vec3x4<S>, vectors: &Vec3x4<S>, factors: f64x4<S>) {
+    sum[0] += vectors[0] * factors;
+    sum[1] += vectors[1] * factors;
+    sum[2] += vectors[2] * factors;
+}
+
+/// Sum of four.
+#[inline(always)]
+pub(crate) fn total<S: Simd>(four: f64x4<S>) -> f64 {
+    let (first, second) = four.split();
+    let [a, b] = (first + second).to_array();
+    a + b
+}
+
+/// Sum of four vectors.
+#[inline(always)]
+pub(crate) fn gather<S: Simd>(sum: Vec3x4<S>) -> Vec3 {
+    [total(sum[0]), total(sum[1]), total(sum[2])]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fearless_simd::{Level, dispatch};
+
+    /// What a pass makes of a few particles, as bits.
+    fn sums<S: Simd>(simd: S, pack: &[Pack]) -> Vec<u64> {
+        let kernel = Kernel::new(0.01);
+        let list: Vec<u32> = (0..pack.len() as u32).collect();
+        let (mut force, mut weight, mut rate) = (zeros(simd), zero(simd), zero(simd));
+        for j in groups(&list) {
+            let others = Four::new(simd, &pack[1], pack, j);
+            weight += kernel.weights(others.r) * others.volume;
+            rate += along_one(&others.relative, [0.1, -0.3, 0.7]) / (others.square + 1e-4);
+            accumulate(&mut force, &others.apart, kernel.slopes(others.r) * (others.pressure + others.approach()));
+        }
+        gather(force).into_iter().chain([total(weight), total(rate)]).map(f64::to_bits).collect()
+    }
+
+    #[test]
+    fn the_widest_registers_make_the_same_bytes_as_the_narrowest() {
+        let some = |i: u32, a: f64| 0.03 * ((f64::from(i) * a).fract() - 0.5);
+        let pack: Vec<Pack> = (0..64)
+            .map(|i| Pack {
+                x: [some(i, 0.37), some(i, 0.61), some(i, 0.83)],
+                volume: 1e-6 + some(i, 0.11),
+                v: [some(i, 0.23), some(i, 0.47), some(i, 0.71)],
+                pressure: some(i, 0.91),
+            })
+            .collect();
+        let [narrow, wide] = [Level::baseline(), Level::new()].map(|level| dispatch!(level, simd => sums(simd, &pack)));
+        println!("{:?} {narrow:?}", Level::new());
+        assert_eq!(narrow, wide);
+    }
 }

@@ -1,11 +1,10 @@
-//! Smoothed particle hydrodynamics (SPH): liquids against walls, rigid bodies and bodies that show samples, in double
-//! precision. Pressure keeps the volume (`pressure = "dfsph"`, see `incompressible`), or follows from the density (`"wcsph"`),
+//! Smoothed particle hydrodynamics (SPH): liquids against walls, rigid bodies and bodies that show samples. Pressure keeps the volume (`pressure = "dfsph"`, see `incompressible`), or follows from the density (`"wcsph"`),
 //! as it must beside partners that show samples; the default is the first where it can be (`params`), and is said.
 //!
 //! One weakly compressible substep:
 //! 1. boundary particles of partners go where their solid is (`wall`, `partner`, `proxy`), densities follow from the
-//!    velocities, and boundary particles take pressure and velocity from the liquid around them (Adami et al. 2012);
-//! 2. every particle sums the forces of its neighbours: pressure, viscosity, walls (`force`, four at a time by `lanes`);
+//!    velocities (`compress`), and boundary particles take pressure and velocity from the liquid around them (Adami et al. 2012);
+//! 2. every particle sums the forces of its neighbours: pressure, viscosity, walls (`force`);
 //! 3. boundary particles of partners sum what they did to the liquid: that is what crosses, with the other sign (`rub` says
 //!    how much friction a light sample bears, and what it does);
 //! 4. velocities change, and rigid stand-ins take their impulses: a symplectic step of first order;
@@ -15,9 +14,10 @@
 //! closer by their skin. The places for which they were made are part of the state, so that a restored run has the same
 //! lists. Work is shared out in chunks of fixed size, and every sum has a fixed order, so that the bytes do not depend on the number of threads.
 //!
-//! Every force acts along the line between two particles, so that linear and angular momentum are kept to rounding. It is
-//! computed in double precision because that makes the books exact without a second representation of positions, and
-//! because a sum over sixty neighbours is bound by arithmetic, not by memory.
+//! Every force acts along the line between two particles, so that linear and angular momentum are kept to rounding, and is
+//! computed in double precision, four at a time (`lanes`): that makes the books exact. Rates of densities and the trials of
+//! incompressible solutions, which need not balance, are summed in single precision (`single`). A sum over sixty neighbours is
+//! bound by arithmetic, not by memory; it is compiled for each width of registers, with the same bytes in all.
 //!
 //! Density is a state that follows from continuity, with diffusion (δ-SPH); pressure is Tait's with exponent 7 and never
 //! negative. Spray, a particle with few neighbours, forgets that it was rarefied. The kernel is Wendland's C2 with a
@@ -35,8 +35,8 @@
 //! Viscosity is explicit, or implicit (`thick`) where it would bind the substep and no partner has friction. Surface
 //! tension (`cohesion`) is left out where ρ g d²/σ > 10: it would hold not even one particle; elsewhere `dfsph` refuses it.
 //!
-//! A particle takes about 0.5 kB, and 1.6 kB where its pressure keeps the volume: 4 and 20 B of it for each of 56 neighbours
-//! (`tests/memory.rs`), of which a skin of lists adds some. Boundary particles are beside that.
+//! A particle takes about 0.9 kB, and 1.4 kB where its pressure keeps the volume: 12 B of it for each of 56 neighbours, of which
+//! a skin of lists adds some (`tests/memory.rs`). Boundary particles are beside that.
 //!
 //! Not here yet, and refused by name: moving static colliders, prescribed motion, impulses from others, bodies of different
 //! spacing in one process. A rough wall is one without slip; this is said in the plan.
@@ -52,6 +52,7 @@
 
 mod aside;
 mod cohesion;
+mod compress;
 mod cut;
 mod felt;
 mod fill;
@@ -62,9 +63,11 @@ mod grid;
 mod incompressible;
 mod kernel;
 mod lanes;
+mod liquids;
 mod model;
 mod near;
 mod overlap;
+mod pairs;
 mod params;
 mod partner;
 mod plugin;
@@ -75,6 +78,7 @@ mod report;
 mod rub;
 mod shell;
 mod sim;
+mod single;
 mod store;
 mod thick;
 mod wall;

@@ -31,12 +31,12 @@ impl Rows {
         self.all.len()
     }
 
-    fn fill(&mut self, rows: usize, nobody: u32, mut list: impl FnMut(usize, &mut Vec<u32>)) {
+    fn fill(&mut self, rows: usize, (group, nobody): (usize, u32), mut list: impl FnMut(usize, &mut Vec<u32>)) {
         self.ends.clear();
         self.all.clear();
         for i in 0..rows {
             list(i, &mut self.all);
-            self.all.resize(self.all.len().next_multiple_of(LANES), nobody);
+            self.all.resize(self.all.len().next_multiple_of(group), nobody);
             self.ends.push(self.all.len() as u32);
         }
     }
@@ -48,17 +48,18 @@ impl Lists {
         &self.0
     }
 
-    /// For `rows` rows, what `list(row, target)` adds to each, filled up with `nobody` to whole groups of lanes.
+    /// For `rows` rows, what `list(row, target)` adds to each, filled up with `nobody` to whole groups of so many.
     pub(crate) fn make(
         &mut self,
         rows: usize,
-        nobody: usize,
+        (group, nobody): (usize, usize),
         parallel: bool,
         list: &(impl Fn(usize, &mut Vec<u32>) + Sync),
     ) {
         self.0.resize(rows.div_ceil(CHUNK), Rows::default());
         let one = |(c, chunk): (usize, &mut Rows)| {
-            chunk.fill((rows - c * CHUNK).min(CHUNK), nobody as u32, |i, all| list(c * CHUNK + i, all));
+            let fill = (group, nobody as u32);
+            chunk.fill((rows - c * CHUNK).min(CHUNK), fill, |i, all| list(c * CHUNK + i, all));
         };
         if parallel {
             self.0.par_iter_mut().enumerate().for_each(one);

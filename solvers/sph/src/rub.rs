@@ -11,14 +11,15 @@
 //! frequency ω beside its friction that is `ωW/sin ωW` times as much. The difference is booked in the next window.
 
 use cosplat_core::boundary::{Vec3, add, dot, scale, sub};
-use wide::f64x4;
+use fearless_simd::{Level, Simd, dispatch, f64x4, prelude::*};
 
 use crate::force::drag;
-use crate::lanes::{Four, LANES};
+use crate::lanes::{Four, accumulate, gather, groups, zeros};
+use crate::liquids::Liquids;
 use crate::model::{Model, Solid};
 use crate::near::{CHUNK, for_chunks};
 use crate::partner::{Partners, sample_of};
-use crate::wall::{Liquids, Piece, Walls, friction};
+use crate::wall::{Piece, Walls, friction};
 
 /// Friction with a sample in the last window.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -80,7 +81,7 @@ impl Walls {
             for (k, pull) in pull.iter_mut().enumerate() {
                 let piece = &self.pieces[c * CHUNK + k];
                 if partners.sample(model, piece).is_some() {
-                    *pull = self.resistance(liquids, c * CHUNK + k);
+                    *pull = dispatch!(Level::new(), simd => self.resistance(simd, liquids, c * CHUNK + k));
                 }
             }
         });
@@ -100,19 +101,22 @@ impl Walls {
 
     /// Bound of the largest eigenvalue of the resistance of the liquid to the motion of a boundary particle, by the
     /// Frobenius norm \[N s/m\].
-    fn resistance(&self, liquids: &Liquids<'_>, piece: usize) -> f64 {
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "as said in `lanes`")]
+    fn resistance<S: Simd>(&self, simd: S, liquids: &Liquids<'_>, piece: usize) -> f64 {
         let (kernel, own) = (liquids.model.kernel, &self.seen[piece]);
         let face = &liquids.model.faces[self.pieces[piece].face as usize];
-        let viscosity = f64x4::splat(friction(liquids.model, face) * self.grip[piece][1] * own.volume);
-        let mut sum = [f64x4::ZERO; 6];
-        for i in self.lists.chunks()[piece / CHUNK].row(piece % CHUNK).chunks_exact(LANES) {
-            let others = Four::new(own, liquids.pack, i);
-            let along = kernel.slopes(others.r) * others.volume * drag(&kernel, viscosity, f64x4::ONE, others.square);
+        let viscosity = f64x4::splat(simd, friction(liquids.model, face) * self.grip[piece][1] * own.volume);
+        let one = f64x4::splat(simd, 1.0);
+        let (mut squares, mut mixed) = (zeros(simd), zeros(simd));
+        for i in groups(self.lists.chunks()[piece / CHUNK].row(piece % CHUNK)) {
+            let others = Four::new(simd, own, liquids.pack, i);
+            let along = kernel.slopes(others.r) * others.volume * drag(&kernel, viscosity, one, others.square);
             let [x, y, z] = others.apart;
-            let products = [x * x, y * y, z * z, x * y, x * z, y * z];
-            sum = [0, 1, 2, 3, 4, 5].map(|k| sum[k] - along * products[k]);
+            accumulate(&mut squares, &[x * x, y * y, z * z], -along);
+            accumulate(&mut mixed, &[x * y, x * z, y * z], -along);
         }
-        let [xx, yy, zz, xy, xz, yz] = sum.map(f64x4::reduce_add);
+        let ([xx, yy, zz], [xy, xz, yz]) = (gather(squares), gather(mixed));
         (xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz)).sqrt()
     }
 }

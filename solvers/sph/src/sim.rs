@@ -3,19 +3,23 @@
 use cosplat_core::boundary::{Vec3, Wrench, scale};
 use cosplat_core::plugin::{PluginError, Pulse, Signal};
 
+use crate::compress::Compression;
+use crate::felt::Around;
 use crate::force::{Pass, Sums, largest};
 use crate::gates::{drive, driven};
-use crate::grid::Grid;
+use crate::grid::{Grid, Sorted};
 use crate::incompressible::{self, Parts, Projection, Solved};
 use crate::lanes::Pack;
+use crate::liquids::Liquids;
 use crate::model::Model;
 use crate::near::{CHUNK, Lists, for_chunks};
 use crate::params::Pressure;
 use crate::partner::Partners;
 use crate::report::pulled;
+use crate::single::WIDE;
 use crate::store::{Listed, Store};
 use crate::thick::Thick;
-use crate::wall::{Liquids, Walls};
+use crate::wall::Walls;
 
 /// Largest `ν dt/h²` of explicit viscosity. The operator's diagonal is `8.05 ν/h²`, its largest eigenvalue at most twice that,
 /// and walls that mirror velocities add to it: 2/16.1 = 0.12 less a margin.
@@ -62,6 +66,7 @@ pub(crate) struct Scratch {
     acceleration: Vec<Vec3>,
     next: Vec<f64>,
     sums: Vec<Sums>,
+    compression: Compression,
     projection: Projection,
     thick: Thick,
     /// Whether the lists are those of `Store::listed`.
@@ -201,13 +206,13 @@ impl Course<'_> {
         let (n, reach) = (store.len(), model.kernel.reach + store.listed.skin);
         let x = store.listed.those();
         // They are sorted for it already, so that the order is the one they have.
-        let (grid, _) = Grid::new(x, reach);
-        lists.make(n, n, parallel, &|i, list| {
+        let ((grid, _), sorted) = (Grid::new(x, reach), Sorted::new(x));
+        lists.make(n, (WIDE, n), parallel, &|i, list| {
             if i < x.len() {
-                grid.list(x, x[i], reach, |j| j != i, list);
+                grid.list(&sorted, x[i], reach, i as u32, list);
             }
         });
-        walls.find(model, store, &grid, partners, reach, parallel);
+        walls.find(model, store, (&grid, &sorted), partners, reach, parallel);
         // The last one is nobody, with whom lists are filled up.
         pack.clear();
         pack.resize(n + 1, Pack::default());
@@ -230,7 +235,8 @@ impl Course<'_> {
                 *g = cosplat_core::boundary::add(*g, scale(action.acceleration, share));
             }
         }
-        let Scratch { lists, walls, pack, acceleration, next, sums, projection, thick, .. } = &mut **scratch;
+        let Scratch { lists, walls, pack, acceleration, next, sums, compression, projection, thick, .. } =
+            &mut **scratch;
         walls.place(model, partners);
         let pass = Pass { model, lists, gravity: &gravity, dt, parallel };
         if model.params.pressure == Pressure::Incompressible {
@@ -246,14 +252,17 @@ impl Course<'_> {
             // Densities first, from velocities before the impulses: those that samples show know what pressed on them in
             // the last window. With densities last, what a sample yields in a window would be missing from them, and each
             // window would make `(p A W)²/(2 m)` of energy for a mass m with the area A; so the exchange is a leapfrog.
-            pass.dense(store, &mut pack[..store.len()]);
-            walls.slide(&Liquids { model, pack, gravity: &gravity, parallel });
-            pass.compress(store, pack, walls, next);
+            if walls.slides() {
+                pass.unpressed(store, &mut pack[..store.len()]);
+                walls.slide(&Liquids { model, pack, gravity: &gravity, parallel });
+            }
+            compression.pass(&pass, store, walls, next);
             std::mem::swap(next, &mut store.rho);
             pass.pack(store, &mut pack[..store.len()]);
             walls.extrapolate(&Liquids { model, pack, gravity: &gravity, parallel });
             walls.ease(&Liquids { model, pack, gravity: &gravity, parallel }, partners, *length);
-            pass.accelerate(store, pack, walls, |i| pass.feel(store, pack, i), (acceleration, sums));
+            let around = Around { pass: &pass, store, pack, compression };
+            pass.accelerate(store, pack, walls, &around, (acceleration, sums));
             walls.impulses(&Liquids { model, pack, gravity: &gravity, parallel }, acceleration, dt);
             partners.book(model, walls, dt);
             walls.refresh(model, partners);

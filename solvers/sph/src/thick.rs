@@ -7,12 +7,13 @@
 //! depends on the means that the explicit force takes.
 //!
 //! What is given to the velocities is `dt F` of the solution found: momentum is kept to rounding whatever the solution's error.
+#![expect(clippy::inline_always, reason = "as said in `lanes`")]
 
 use cosplat_core::boundary::{Vec3, Wrench, add, cross, dot, scale, sub};
-use wide::f64x4;
+use fearless_simd::{Level, Simd, dispatch, f64x4, prelude::*};
 
 use crate::force::{Pass, Sums, drag, largest};
-use crate::lanes::{Four, LANES, Pack, gather};
+use crate::lanes::{Four, Pack, accumulate, along_one, gather, groups, total, zero, zeros};
 use crate::near::{CHUNK, for_chunks};
 use crate::store::Store;
 use crate::wall::Walls;
@@ -125,27 +126,33 @@ impl Thick {
 
     /// Diagonals: a third of the trace of what a particle's own motion is answered with.
     fn weigh(&mut self, pass: &Pass<'_>, store: &Store, pack: &[Pack], walls: &Walls) {
-        let kernel = pass.model.kernel;
         self.light.resize(store.len(), 0.0);
         for_chunks(pass.parallel, &mut self.light, &mut self.nothing, &|c, light, ()| {
             for (k, light) in light.iter_mut().enumerate() {
-                let i = c * CHUNK + k;
-                let (own, id) = (&pack[i], store.id[i] as usize);
-                let mut stiff = f64x4::ZERO;
-                for j in pass.lists.chunks()[c].row(k).chunks_exact(LANES) {
-                    let others = Four::new(own, pack, j);
-                    let one = drag(&kernel, pass.thickness(store, model_body(pass, id), j), f64x4::ONE, others.square);
-                    stiff -= kernel.slopes(others.r) * others.volume * one * others.square;
-                }
-                for b in walls.near(i).chunks_exact(LANES) {
-                    let others = Four::new(own, walls.packs(), b);
-                    let one = drag(&kernel, walls.grips(b), f64x4::ONE, others.square);
-                    stiff -= kernel.slopes(others.r) * others.volume * one * others.square;
-                }
-                *light = 1.0 / (pass.model.mass[id] + pass.dt * own.volume * stiff.reduce_add() / 3.0);
+                let (i, all) = (c * CHUNK + k, (store, pack, walls));
+                let stiff = dispatch!(Level::new(), simd => stiffness(simd, pass, all, i));
+                *light = 1.0 / (pass.model.mass[store.id[i] as usize] + pass.dt * pack[i].volume * stiff / 3.0);
             }
         });
     }
+}
+
+/// Trace of what the motion of a particle is answered with, over its volume \[N s/m⁴\].
+#[inline(always)]
+fn stiffness<S: Simd>(simd: S, pass: &Pass<'_>, (store, pack, walls): (&Store, &[Pack], &Walls), i: usize) -> f64 {
+    let (kernel, own, body) = (pass.model.kernel, &pack[i], model_body(pass, store.id[i] as usize));
+    let (mut stiff, one) = (zero(simd), f64x4::splat(simd, 1.0));
+    for j in groups(pass.lists.chunks()[i / CHUNK].row(i % CHUNK)) {
+        let others = Four::new(simd, own, pack, j);
+        let rub = drag(&kernel, pass.thickness(simd, store, body, j), one, others.square);
+        stiff -= kernel.slopes(others.r) * others.volume * rub * others.square;
+    }
+    for b in groups(walls.near(i)) {
+        let others = Four::new(simd, own, walls.packs(), b);
+        let rub = drag(&kernel, walls.grips(simd, b), one, others.square);
+        stiff -= kernel.slopes(others.r) * others.volume * rub * others.square;
+    }
+    total(stiff)
 }
 
 fn model_body(pass: &Pass<'_>, id: usize) -> usize {
@@ -162,40 +169,45 @@ fn force(
     forces: &mut [Vec3],
     nothing: &mut [()],
 ) {
-    let kernel = pass.model.kernel;
     for_chunks(pass.parallel, forces, nothing, &|c, forces, ()| {
         for (k, force) in forces.iter_mut().enumerate() {
             let i = c * CHUNK + k;
-            let (own, body) = (&pack[i], model_body(pass, store.id[i] as usize));
-            let mut sum = [f64x4::ZERO; 3];
-            for j in pass.lists.chunks()[c].row(k).chunks_exact(LANES) {
-                let others = Four::new(own, pack, j);
-                let shear = drag(&kernel, pass.thickness(store, body, j), others.approach(), others.square);
-                let along = kernel.slopes(others.r) * others.volume * shear;
-                sum = [0, 1, 2].map(|k| sum[k] + others.apart[k] * along);
-            }
-            *force = scale(gather(sum), own.volume);
+            *force = dispatch!(Level::new(), simd => by_liquid(simd, pass, store, pack, i));
             if !walls.near(i).is_empty() {
-                *force = add(*force, by_walls(pass, own, walls, i, walled));
+                *force = add(*force, by_walls(pass, &pack[i], walls, i, walled));
             }
         }
     });
 }
 
+/// Force of the liquid on a particle \[N\].
+#[inline(always)]
+fn by_liquid<S: Simd>(simd: S, pass: &Pass<'_>, store: &Store, pack: &[Pack], i: usize) -> Vec3 {
+    let (kernel, own, body) = (pass.model.kernel, &pack[i], model_body(pass, store.id[i] as usize));
+    let mut sum = zeros(simd);
+    for j in groups(pass.lists.chunks()[i / CHUNK].row(i % CHUNK)) {
+        let others = Four::new(simd, own, pack, j);
+        let shear = drag(&kernel, pass.thickness(simd, store, body, j), others.approach(), others.square);
+        accumulate(&mut sum, &others.apart, kernel.slopes(others.r) * others.volume * shear);
+    }
+    scale(gather(sum), own.volume)
+}
+
 /// Force of walls on a particle \[N\].
 fn by_walls(pass: &Pass<'_>, own: &Pack, walls: &Walls, i: usize, walled: Walled) -> Vec3 {
+    dispatch!(Level::new(), simd => by_these(simd, pass, own, walls, walls.near(i), walled))
+}
+
+/// Force of the boundary particles `near` on a particle \[N\].
+#[inline(always)]
+fn by_these<S: Simd>(simd: S, pass: &Pass<'_>, own: &Pack, walls: &Walls, near: &[u32], walled: Walled) -> Vec3 {
     let kernel = pass.model.kernel;
-    let mut sum = [f64x4::ZERO; 3];
-    for b in walls.near(i).chunks_exact(LANES) {
-        let others = Four::new(own, walls.packs(), b);
-        let approach = if walled == Walled::Moving {
-            others.approach()
-        } else {
-            let [x, y, z] = [0, 1, 2].map(|k| others.apart[k] * f64x4::splat(own.v[k]));
-            x + y + z
-        };
-        let along = kernel.slopes(others.r) * others.volume * drag(&kernel, walls.grips(b), approach, others.square);
-        sum = [0, 1, 2].map(|k| sum[k] + others.apart[k] * along);
+    let mut sum = zeros(simd);
+    for b in groups(near) {
+        let others = Four::new(simd, own, walls.packs(), b);
+        let approach = if walled == Walled::Moving { others.approach() } else { along_one(&others.apart, own.v) };
+        let shear = drag(&kernel, walls.grips(simd, b), approach, others.square);
+        accumulate(&mut sum, &others.apart, kernel.slopes(others.r) * others.volume * shear);
     }
     scale(gather(sum), own.volume)
 }

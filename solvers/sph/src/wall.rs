@@ -6,14 +6,16 @@
 //! averaged, so that a flow that is linear in the height has no speed at the surface (as Morris, Fox and Zhu 1997, §3.4, do
 //! pair by pair). At a static wall that slips they have the mean velocity along it, and that towards it mirrored: liquid
 //! beside it would else lack the pairs beyond the wall, and shear more easily.
+#![expect(clippy::inline_always, reason = "as said in `lanes`")]
 
 use cosplat_core::boundary::{Vec3, cross, dot, norm, scale, sub};
 use cosplat_core::distance::SignedDistance;
-use wide::f64x4;
+use fearless_simd::{Level, Simd, dispatch, f64x4, prelude::*};
 
 use crate::force::drag;
-use crate::grid::Grid;
-use crate::lanes::{Four, LANES, Pack, gather};
+use crate::grid::{Grid, Sorted};
+use crate::lanes::{Four, LANES, Pack, accumulate, gather, groups, total, zero, zeros};
+use crate::liquids::{Liquids, Means};
 use crate::model::{Face, Model, Solid};
 use crate::near::{CHUNK, Lists, for_chunks};
 use crate::overlap::once;
@@ -81,15 +83,6 @@ pub(crate) struct Walls {
     near: Vec<u32>,
 }
 
-/// What all of them see of the liquid.
-pub(crate) struct Liquids<'a> {
-    pub(crate) model: &'a Model,
-    pub(crate) pack: &'a [Pack],
-    /// Gravity of each body \[m/s²\].
-    pub(crate) gravity: &'a [Vec3],
-    pub(crate) parallel: bool,
-}
-
 impl Walls {
     /// Boundary particles near a liquid particle.
     #[inline]
@@ -102,7 +95,7 @@ impl Walls {
         &mut self,
         model: &Model,
         store: &Store,
-        grid: &Grid,
+        (grid, sorted): (&Grid, &Sorted),
         partners: &Partners,
         reach: f64,
         parallel: bool,
@@ -152,10 +145,16 @@ impl Walls {
         let entered = once(model, &rigid, &mut all);
         let search = |b: usize, list: &mut Vec<u32>| {
             let body = model.faces[all[b].face as usize].body as u32;
-            grid.list(x, all[b].x, reach, |i| model.body[store.id[i] as usize] == body, list);
+            let end = list.len();
+            grid.list(sorted, all[b].x, reach, u32::MAX, list);
+            if model.liquids.len() > 1 {
+                let of_body = |i: u32| model.body[store.id[i as usize] as usize] == body;
+                let own: Vec<u32> = list.drain(end..).filter(|&i| of_body(i)).collect();
+                list.extend(own);
+            }
         };
         let mut found = Lists::default();
-        found.make(all.len(), store.len(), parallel, &search);
+        found.make(all.len(), (LANES, store.len()), parallel, &search);
         let row = |b: usize| found.chunks()[b / CHUNK].row(b % CHUNK);
         let kept: Vec<usize> = (0..all.len()).filter(|&b| !row(b).is_empty()).collect();
         self.pieces = kept.iter().map(|&b| all[b]).collect();
@@ -165,7 +164,7 @@ impl Walls {
             let known = model.statics.iter().find(|s| slides && s.0 == face.solid);
             piece.normal = known.map_or([0.0; 3], |(_, placed)| placed.distance(piece.x).1);
         }
-        self.lists.make(kept.len(), store.len(), parallel, &|k, list| list.extend_from_slice(row(kept[k])));
+        self.lists.make(kept.len(), (LANES, store.len()), parallel, &|k, list| list.extend_from_slice(row(kept[k])));
         (self.first, self.near) = self.lists.transposed(kept.len(), store.len());
         let rubs = self.pieces.iter().map(|piece| {
             let face = &model.faces[piece.face as usize];
@@ -209,15 +208,16 @@ impl Walls {
         }
     }
 
+    /// Whether some belong to static walls that slip and into which partners reach.
+    pub(crate) fn slides(&self) -> bool {
+        !self.sliding.is_empty()
+    }
+
     /// Takes the liquid's mean velocity along static walls that slip for theirs, where partners reach into them.
     ///
     /// Beyond such a wall is a mirror image of the liquid. Along a wall that goes on, its velocity does not count: what comes
     /// nearer on one side goes away on the other. Where a wall ends at something that moves, as at a piston, it does.
     pub(crate) fn slide(&mut self, liquids: &Liquids<'_>) {
-        if self.sliding.is_empty() {
-            return;
-        }
-        let kernel = liquids.model.kernel;
         let Self { pieces, lists, moving, sliding, .. } = self;
         let count = pieces.len();
         let mut nothing = vec![(); lists.chunks().len()];
@@ -225,25 +225,18 @@ impl Walls {
             for (k, sliding) in sliding.iter_mut().enumerate() {
                 let (own, normal) = (moving[c * CHUNK + k], pieces[c * CHUNK + k].normal);
                 *sliding = own;
-                if dot(normal, normal) <= 0.0 {
-                    continue;
+                if dot(normal, normal) > 0.0 {
+                    let near = lists.chunks()[c].row(k);
+                    let mean = dispatch!(Level::new(), simd => liquids.mean_velocity(simd, &own, near));
+                    sliding.v = sub(mean, scale(normal, dot(mean, normal)));
                 }
-                let (mut sum, mut velocity) = (f64x4::ZERO, [f64x4::ZERO; 3]);
-                for i in lists.chunks()[c].row(k).chunks_exact(LANES) {
-                    let others = Four::new(&own, liquids.pack, i);
-                    let weight = others.volume * kernel.weights(others.r);
-                    sum += weight;
-                    velocity = [0, 1, 2].map(|k| velocity[k] - weight * others.relative[k]);
-                }
-                let mean = scale(gather(velocity), 1.0 / sum.reduce_add().max(f64::MIN_POSITIVE));
-                sliding.v = sub(mean, scale(normal, dot(mean, normal)));
             }
         });
     }
 
     /// Extrapolates pressure and velocity from the liquid.
     pub(crate) fn extrapolate(&mut self, liquids: &Liquids<'_>) {
-        let (model, kernel) = (liquids.model, liquids.model.kernel);
+        let model = liquids.model;
         let Self { pieces, lists, seen, grip, .. } = self;
         let count = pieces.len();
         let mut grips: Vec<&mut [[f64; 2]]> = grip[..count].chunks_mut(CHUNK).collect();
@@ -251,26 +244,16 @@ impl Walls {
             for (k, seen) in seen.iter_mut().enumerate() {
                 let piece = &pieces[c * CHUNK + k];
                 let face = &model.faces[piece.face as usize];
-                let g = scale(liquids.gravity[face.body], model.liquids[face.body].rho).map(f64x4::splat);
+                let g = scale(liquids.gravity[face.body], model.liquids[face.body].rho);
                 let own = Pack { x: piece.x, volume: piece.volume, v: [0.0; 3], pressure: 0.0 };
-                let (mut sum, mut pressure, mut velocity) = (f64x4::ZERO, f64x4::ZERO, [f64x4::ZERO; 3]);
-                let mut way = [f64x4::ZERO; 3];
-                for i in lists.chunks()[c].row(k).chunks_exact(LANES) {
-                    let others = Four::new(&own, liquids.pack, i);
-                    let weight = others.volume * kernel.weights(others.r);
-                    let [a, b, c] = [0, 1, 2].map(|k| g[k] * others.apart[k]);
-                    sum += weight;
-                    pressure += weight * (others.pressure + a + b + c);
-                    velocity = [0, 1, 2].map(|k| velocity[k] - weight * others.relative[k]);
-                    way = [0, 1, 2].map(|k| way[k] + weight * others.apart[k]);
-                }
-                let sum = sum.reduce_add();
+                let near = lists.chunks()[c].row(k);
+                let Means { sum, pressure, velocity, way } =
+                    dispatch!(Level::new(), simd => liquids.means(simd, &own, g, near));
                 let one = if sum > 0.0 { 1.0 / sum } else { 0.0 };
                 // Beside a flat surface the mean way to the liquid is along its normal.
-                let way = gather(way);
                 let height = (norm(way) * one - piece.depth).max(LOWEST * model.spacing);
                 let times = (piece.depth / height).min(STEEPEST);
-                let mean = scale(gather(velocity), one);
+                let mean = scale(velocity, one);
                 let v = if face.slips {
                     let along = dot(mean, way) / dot(way, way).max(f64::MIN_POSITIVE);
                     sub(mean, scale(way, along * (1.0 + times)))
@@ -279,7 +262,7 @@ impl Walls {
                 };
                 let more = if face.slips { 0.0 } else { 1.0 + times };
                 grip[k] = [more * model.liquids[face.body].thickness, more];
-                *seen = Pack { v, pressure: (pressure.reduce_add() * one).max(0.0), ..own };
+                *seen = Pack { v, pressure: (pressure * one).max(0.0), ..own };
             }
         });
     }
@@ -287,38 +270,38 @@ impl Walls {
     /// What walls do to a liquid particle near the boundary particles `near`.
     ///
     /// Each force acts along the line between the two, so that moments balance.
-    #[inline]
-    pub(crate) fn press(&self, model: &Model, own: &Pack, near: &[u32]) -> Pressed {
-        let (mut all, mut partners, mut lost) = ([f64x4::ZERO; 3], [f64x4::ZERO; 3], f64x4::ZERO);
-        let mut rubbed = [f64x4::ZERO; 3];
-        for b in near.chunks_exact(LANES) {
-            let others = Four::new(own, &self.seen, b);
+    #[inline(always)]
+    pub(crate) fn press<S: Simd>(&self, simd: S, model: &Model, own: &Pack, near: &[u32]) -> Pressed {
+        let (mut all, mut partners, mut rubbed) = (zeros(simd), zeros(simd), zeros(simd));
+        let mut lost = zero(simd);
+        for b in groups(near) {
+            let others = Four::new(simd, own, &self.seen, b);
             let rubs = {
                 let rub = |k: usize| self.rubs[b[k] as usize];
                 [rub(0), rub(1), rub(2), rub(3)]
             };
-            let viscosity = f64x4::new([rubs[0][0], rubs[1][0], rubs[2][0], rubs[3][0]]);
-            let slope = model.kernel.slopes(others.r) * (others.volume * f64x4::splat(own.volume));
+            let viscosity = f64x4::load_array(simd, [rubs[0][0], rubs[1][0], rubs[2][0], rubs[3][0]]);
+            let slope = model.kernel.slopes(others.r) * (others.volume * own.volume);
             let shear = drag(&model.kernel, viscosity, others.approach(), others.square);
-            let along = slope * (shear - f64x4::splat(own.pressure) - others.pressure);
-            let force = others.apart.map(|a| a * along);
-            let of_partner = f64x4::new([rubs[0][1], rubs[1][1], rubs[2][1], rubs[3][1]]);
-            all = [0, 1, 2].map(|k| all[k] + force[k]);
-            partners = [0, 1, 2].map(|k| partners[k] + force[k] * of_partner);
+            let along = slope * (shear - own.pressure - others.pressure);
+            let of_partner = f64x4::load_array(simd, [rubs[0][1], rubs[1][1], rubs[2][1], rubs[3][1]]);
+            accumulate(&mut all, &others.apart, along);
+            accumulate(&mut partners, &others.apart, along * of_partner);
             if rubs.iter().any(|r| r[0] > 0.0) {
                 let rub = slope * shear;
-                rubbed = [0, 1, 2].map(|k| rubbed[k] + others.apart[k] * rub);
-                lost -= rub * Four::new(own, &self.moving, b).approach();
+                accumulate(&mut rubbed, &others.apart, rub);
+                lost -= rub * Four::new(simd, own, &self.moving, b).approach();
             }
         }
         let (all, partners) = (gather(all), gather(partners));
-        Pressed { statics: sub(all, partners), partners, rubbed: gather(rubbed), lost: lost.reduce_add() }
+        Pressed { statics: sub(all, partners), partners, rubbed: gather(rubbed), lost: total(lost) }
     }
 
     /// Implicit viscosities at four, times how much more a particle's own velocity, mirrored at the surface, makes of it.
-    #[inline]
-    pub(crate) fn grips(&self, b: &[u32]) -> f64x4 {
-        f64x4::new([0, 1, 2, 3].map(|k| self.grip[b[k] as usize][0]))
+    #[inline(always)]
+    pub(crate) fn grips<S: Simd>(&self, simd: S, b: &[u32; LANES]) -> f64x4<S> {
+        let of = |k: usize| self.grip[b[k] as usize][0];
+        f64x4::load_array(simd, [of(0), of(1), of(2), of(3)])
     }
 
     /// Boundary particles press no longer, but rub.
@@ -348,37 +331,15 @@ impl Walls {
 
     /// Impulses of partners in one substep on the liquid, whose particles have those accelerations \[m/s²\].
     pub(crate) fn impulses(&mut self, liquids: &Liquids<'_>, acceleration: &[Vec3], dt: f64) {
-        let kernel = liquids.model.kernel;
         let Self { pieces, lists, seen, rubs, .. } = self;
         let mut nothing = vec![(); lists.chunks().len()];
         for_chunks(liquids.parallel, pieces, &mut nothing, &|c, pieces, ()| {
             for (k, piece) in pieces.iter_mut().enumerate() {
                 let (own, [viscosity, partner]) = (&seen[c * CHUNK + k], rubs[c * CHUNK + k]);
-                if partner < 0.5 {
-                    continue;
+                if partner > 0.5 {
+                    let (near, liquid) = (lists.chunks()[c].row(k), (acceleration, dt));
+                    dispatch!(Level::new(), simd => liquids.push(simd, piece, own, viscosity, near, liquid));
                 }
-                let (mut sum, mut work) = ([f64x4::ZERO; 3], f64x4::ZERO);
-                let mut rubbed = [f64x4::ZERO; 3];
-                for i in lists.chunks()[c].row(k).chunks_exact(LANES) {
-                    let others = Four::new(own, liquids.pack, i);
-                    let slope = kernel.slopes(others.r) * (others.volume * f64x4::splat(own.volume));
-                    let shear = drag(&kernel, f64x4::splat(viscosity), others.approach(), others.square);
-                    let along = slope * (f64x4::splat(own.pressure) + others.pressure - shear);
-                    let force = others.apart.map(|a| a * along);
-                    let add_half = |k: usize, lane: usize| {
-                        let a = acceleration.get(i[lane] as usize).map_or(0.0, |a| a[k]);
-                        0.5 * dt * a
-                    };
-                    for k in 0..3 {
-                        let gained = f64x4::new([add_half(k, 0), add_half(k, 1), add_half(k, 2), add_half(k, 3)]);
-                        work += force[k] * (f64x4::splat(own.v[k]) - others.relative[k] + gained);
-                        sum[k] += force[k];
-                        rubbed[k] -= others.apart[k] * slope * shear;
-                    }
-                }
-                piece.impulse = scale(gather(sum), dt);
-                piece.rubbed = scale(gather(rubbed), dt);
-                piece.work = work.reduce_add() * dt;
             }
         });
     }

@@ -189,8 +189,9 @@ fn a_sheet_bears_water_on_both_sides() {
     let (x, ..) = columns(&run.bytes());
     let above = x.iter().filter(|x| x[2] > 0.0).count();
     println!("{above} of {} above, impulse {sum:e} of {gross}", x.len());
-    // By symmetry both sides press alike, up to the order of sums.
-    assert!(above * 2 == x.len() && gross > 0.1 && sum.abs() < 1e-9 * gross, "{above} {sum} {gross}");
+    // By symmetry both sides press alike, but for the order of sums: of rates of densities, of which 24 bits are kept.
+    let rounded = f64::from(f32::EPSILON);
+    assert!(above * 2 == x.len() && gross > 0.1 && sum.abs() < rounded * gross, "{above} {sum} {gross}");
 }
 
 #[test]

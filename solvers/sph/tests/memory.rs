@@ -8,8 +8,8 @@ use common::{Run, liquid, scene, water};
 /// Particles a side.
 const SIDE: i32 = 44;
 
-/// Places that a row has beyond its neighbours in the mean: it is filled up to whole groups of four.
-const FILLED: f64 = 1.5;
+/// Places that a row has beyond its neighbours in the mean: it is filled up to whole groups of eight.
+const FILLED: f64 = 3.5;
 
 /// Resident memory of this process \[B\]; `None` where the system does not say.
 fn resident() -> Option<f64> {
@@ -47,8 +47,10 @@ fn a_particle_takes_what_is_kept_of_it() {
     // Warm pressure; velocity before, row, what it feels, whether it is free, place, velocity, rate and mean before pressure,
     // base; trial, pushed, moved and rate.
     let more = 8 + 24 + 72 + 56 + 8 + 16 + 16 + 8 + 8 + 8 + 32 + 4 + 16 + 8;
-    let weak = f64::from(state + fixed + work) + 4.0 * neighbours();
-    let kept = weak + f64::from(more) + 8.0 * neighbours();
+    let lists = f64::from(state + fixed + work) + 4.0 * neighbours();
+    // What densities read, and pairs in the kernel's reach.
+    let weak = lists + 32.0 + 8.0 * neighbours();
+    let kept = lists + f64::from(more) + 8.0 * neighbours();
     // What all runs share is there before: a pool of threads and the code.
     drop(held(13, "dfsph"));
     let (Some((_one, found_weak)), Some((_other, found))) = (held(SIDE, "wcsph"), held(SIDE, "dfsph")) else {

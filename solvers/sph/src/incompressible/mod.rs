@@ -16,24 +16,24 @@
 //! the pressure that it causes.
 
 mod contact;
+mod measure;
 mod operator;
-mod pairs;
 mod solve;
 mod wall;
 
 use cosplat_core::boundary::{Vec3, add, dot, norm, scale};
-use wide::f32x4;
 
 use crate::force::{Pass, Sums, largest};
 use crate::gates::{drive, driven};
 use crate::lanes::Pack;
+use crate::liquids::Liquids;
 use crate::model::Model;
 use crate::near::{CHUNK, for_chunks};
 use crate::partner::Partners;
 use crate::sim::{Books, Motion, VISCOUS};
 use crate::store::Store;
 use crate::thick::Thick;
-use crate::wall::{Liquids, Walls};
+use crate::wall::Walls;
 use contact::Contacts;
 use operator::Operator;
 use solve::{Problem, Search};
@@ -83,7 +83,7 @@ pub(crate) struct Projection {
     /// Velocities before the substep \[m/s\].
     before: Vec<Vec3>,
     /// Velocities before pressure \[m/s\] and filled shares, times volumes; then nobody's.
-    moved: Vec<f32x4>,
+    moved: Vec<[f32; 4]>,
     /// Rates of the filled shares before pressure \[1/s\], and the means of the filled shares around.
     rates: Vec<f64>,
     means: Vec<f64>,
@@ -160,9 +160,8 @@ impl Projection {
         self.operator.weigh(&mut self.contacts, parts.pack);
         parts.walls.extrapolate(&Liquids { model, pack: parts.pack, gravity: parts.pass.gravity, parallel });
         parts.walls.let_go();
-        let felt = |i| self.operator.felt(i);
         let found = (&mut *parts.acceleration, &mut *parts.sums);
-        parts.pass.accelerate(parts.store, parts.pack, parts.walls, felt, found);
+        parts.pass.accelerate(parts.store, parts.pack, parts.walls, &self.operator, found);
         let liquids = Liquids { model, pack: parts.pack, gravity: parts.pass.gravity, parallel };
         parts.walls.impulses(&liquids, parts.acceleration, dt);
         self.contacts.rub(model, parts.walls, parts.partners, dt);
@@ -222,9 +221,9 @@ impl Projection {
         self.moved.clear();
         self.moved.extend(flow.map(|((v, pack), row)| {
             let [x, y, z, w] = [v[0], v[1], v[2], row.filled].map(|a| (a * pack.volume) as f32);
-            f32x4::new([x, y, z, w])
+            [x, y, z, w]
         }));
-        self.moved.push(f32x4::ZERO);
+        self.moved.push([0.0; 4]);
         self.rates.resize(n, 0.0);
         self.means.resize(n, 0.0);
         self.operator.means(&parts.pass, &self.moved, &mut self.means);

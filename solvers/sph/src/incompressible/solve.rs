@@ -6,8 +6,6 @@
 //! (Nesterov 1983), and is given up whenever it leads uphill (O'Donoghue and Candès, "Adaptive restart for accelerated
 //! gradient schemes", 2015).
 
-use wide::f32x4;
-
 use crate::force::{Pass, largest};
 use crate::incompressible::contact::Contacts;
 use crate::incompressible::operator::Operator;
@@ -69,7 +67,7 @@ pub(crate) struct Search {
     pub(crate) trials: Vec<Trial>,
     /// Pressures over `M` times volume \[J\], and velocities that they give times volume \[m⁴/s\]; then nobody's.
     pushed: Vec<f32>,
-    moved: Vec<f32x4>,
+    moved: Vec<[f32; 4]>,
     /// Rates of the filled shares \[1/s\].
     rates: Vec<f64>,
     judged: Vec<Judged>,
@@ -88,8 +86,8 @@ impl Search {
         self.trials.clear();
         self.trials.extend(start.iter().map(|&p| Trial { pressure: p, new: p, old: p, excess: 0.0 }));
         self.pushed.resize(n + 1, 0.0);
-        self.moved.resize(n + 1, f32x4::ZERO);
-        (self.pushed[n], self.moved[n]) = (0.0, f32x4::ZERO);
+        self.moved.resize(n + 1, [0.0; 4]);
+        (self.pushed[n], self.moved[n]) = (0.0, [0.0; 4]);
         self.rates.resize(n, 0.0);
         self.judged.resize(n.div_ceil(CHUNK), Judged::default());
         let (mut step, mut iterations) = (BEGIN, 0);

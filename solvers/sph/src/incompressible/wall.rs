@@ -1,16 +1,18 @@
 //! Boundary particles in an incompressible solution: each has the mean pressure of the liquid around it, `q_b = Σ_i S_bi q_i`
 //! with `S_bi = V_i W_bi/Σ_k V_k W_bk` and the weight of what lies between (Adami, Hu and Adams 2012, eq. 27), and hands its
 //! own change of filled share back by the transpose of that mean.
+#![expect(clippy::inline_always, reason = "as said in `lanes`")]
 
 use cosplat_core::boundary::{Vec3, scale};
-use wide::{f32x4, f64x4};
+use fearless_simd::{Level, Simd, dispatch, f64x4, prelude::*};
 
 use crate::force::Pass;
 use crate::incompressible::contact::Contacts;
-use crate::incompressible::pairs::{Pairs, Place, Scale};
 use crate::kernel::Kernel;
-use crate::lanes::{Four, LANES, Pack, gather};
+use crate::lanes::{Four, Pack, accumulate, along_one, gather, groups, total, zero, zeros};
 use crate::near::{CHUNK, for_chunks};
+use crate::pairs::Pairs;
+use crate::single::{Place, Scale};
 use crate::wall::Walls;
 
 /// A boundary particle over a substep.
@@ -44,6 +46,38 @@ pub(crate) struct Edge {
     statics: Vec<f64>,
 }
 
+/// Measures one among the liquid particles near it, which weigh `g` \[N/m³\].
+#[inline(always)]
+fn measured<S: Simd>(
+    simd: S,
+    kernel: &Kernel,
+    (own, pack, near): (&Pack, &[Pack], &[u32]),
+    warm: &[f64],
+    g: Vec3,
+    pairs: &mut Pairs,
+) -> Brim {
+    let (mut sum, mut pull) = (zero(simd), zeros(simd));
+    let (mut before, mut column) = (zero(simd), zero(simd));
+    for i in groups(near) {
+        let others = Four::new(simd, own, pack, i);
+        let t = kernel.inside(others.r);
+        let weight = others.volume * kernel.weights_at(t);
+        sum += weight;
+        let pressures = i.map(|i| warm.get(i as usize).copied().unwrap_or(0.0));
+        before += weight * f64x4::load_array(simd, pressures);
+        column += weight * along_one(&others.apart, g);
+        accumulate(&mut pull, &others.apart, -(others.volume * kernel.slopes_at(t)));
+        pairs.push(i, t);
+    }
+    pairs.end(pack.len() - 1);
+    let sum = total(sum);
+    let one = if sum > 0.0 { 1.0 / sum } else { 0.0 };
+    // A liquid never pulls: only what was pressed in the last substep has a hydrostatic share.
+    let (mean, column) = (total(before) * one, total(column) * one);
+    let offset = if mean > 0.0 && mean + column > 0.0 { column } else { 0.0 };
+    Brim { volume: own.volume, one, offset, pull: gather(pull), ..Brim::default() }
+}
+
 impl Edge {
     /// Measures all that depends on the places alone.
     pub(crate) fn measure(&mut self, pass: &Pass<'_>, pack: &[Pack], walls: &Walls, warm: &[f64]) {
@@ -60,29 +94,9 @@ impl Edge {
             pairs.clear(walls.lists().chunks()[c].len());
             for (k, brim) in brims.iter_mut().enumerate() {
                 let body = pass.model.faces[walls.pieces[c * CHUNK + k].face as usize].body;
-                let weight_of = scale(pass.gravity[body], pass.model.liquids[body].rho).map(f64x4::splat);
-                let own = &own[c * CHUNK + k];
-                let (mut sum, mut pull) = (f64x4::ZERO, [f64x4::ZERO; 3]);
-                let (mut before, mut column) = (f64x4::ZERO, f64x4::ZERO);
-                for i in walls.lists().chunks()[c].row(k).chunks_exact(LANES) {
-                    let others = Four::new(own, pack, i);
-                    let (slope, weight) = (kernel.slopes(others.r), kernel.weights(others.r));
-                    let g = others.apart.map(|a| -a * slope);
-                    sum += others.volume * weight;
-                    let p = [0, 1, 2, 3].map(|l| warm.get(i[l] as usize).copied().unwrap_or(0.0));
-                    before += others.volume * weight * f64x4::new(p);
-                    let [a, b, c] = [0, 1, 2].map(|k| others.apart[k] * weight_of[k]);
-                    column += others.volume * weight * (a + b + c);
-                    pull = [0, 1, 2].map(|k| pull[k] + others.volume * g[k]);
-                    pairs.push(i, kernel.inside(others.r));
-                }
-                pairs.end(pack.len() - 1);
-                let sum = sum.reduce_add();
-                let one = if sum > 0.0 { 1.0 / sum } else { 0.0 };
-                // A liquid never pulls: only what was pressed in the last substep has a hydrostatic share.
-                let (mean, column) = (before.reduce_add() * one, column.reduce_add() * one);
-                let offset = if mean > 0.0 && mean + column > 0.0 { column } else { 0.0 };
-                *brim = Brim { volume: own.volume, one, offset, pull: gather(pull), ..Brim::default() };
+                let g = scale(pass.gravity[body], pass.model.liquids[body].rho);
+                let near = (&own[c * CHUNK + k], pack, walls.lists().chunks()[c].row(k));
+                *brim = dispatch!(Level::new(), simd => measured(simd, &kernel, near, warm, g, pairs));
             }
         });
         self.statics.clear();
@@ -108,18 +122,21 @@ impl Edge {
     /// Force of all and of static ones alone on a liquid particle \[N\].
     pub(crate) fn force(&self, walls: &Walls, own: &Pack, near: &[u32]) -> [Vec3; 2] {
         let Some(kernel) = self.kernel else { return [[0.0; 3]; 2] };
-        let (mut all, mut statics) = ([f64x4::ZERO; 3], [f64x4::ZERO; 3]);
-        for b in near.chunks_exact(LANES) {
-            let others = Four::new(own, walls.packs(), b);
-            let pressed = f64x4::new([0, 1, 2, 3].map(|l| self.brims[b[l] as usize].pushed));
-            let fixed = f64x4::new([0, 1, 2, 3].map(|l| self.statics[b[l] as usize]));
-            let pushed = f64x4::splat(own.pressure * own.volume) * others.volume + f64x4::splat(own.volume) * pressed;
+        dispatch!(Level::new(), simd => self.forces(simd, &kernel, walls, own, near))
+    }
+
+    /// The same with a kernel.
+    #[inline(always)]
+    fn forces<S: Simd>(&self, simd: S, kernel: &Kernel, walls: &Walls, own: &Pack, near: &[u32]) -> [Vec3; 2] {
+        let (mut all, mut statics) = (zeros(simd), zeros(simd));
+        for b in groups(near) {
+            let others = Four::new(simd, own, walls.packs(), b);
+            let pressed = f64x4::load_array(simd, b.map(|b| self.brims[b as usize].pushed));
+            let fixed = f64x4::load_array(simd, b.map(|b| self.statics[b as usize]));
+            let pushed = own.pressure * own.volume * others.volume + own.volume * pressed;
             let along = kernel.slopes(others.r) * pushed;
-            for k in 0..3 {
-                let force = others.apart[k] * along;
-                all[k] -= force;
-                statics[k] -= force * fixed;
-            }
+            accumulate(&mut all, &others.apart, -along);
+            accumulate(&mut statics, &others.apart, -(along * fixed));
         }
         [gather(all), gather(statics)]
     }
@@ -131,7 +148,8 @@ impl Edge {
         let mut nothing = vec![(); pairs.len()];
         for_chunks(pass.parallel, &mut self.brims[..count], &mut nothing, &|c, brims, ()| {
             for (k, brim) in brims.iter_mut().enumerate() {
-                let sum = pairs[c].row(k).over(&scale, |i| pushed[i]);
+                let row = pairs[c].row(k);
+                let sum = dispatch!(Level::new(), simd => row.over(simd, &scale, |i| pushed[i]));
                 brim.pushed = brim.volume * (brim.one * sum + brim.offset);
             }
         });
@@ -146,7 +164,7 @@ impl Edge {
         liquid: &[Place],
         contacts: &Contacts,
         own: bool,
-        moved: &[f32x4],
+        moved: &[[f32; 4]],
     ) {
         let (count, scale) = (self.brims.len() - 1, Scale::new(&pass.model.kernel.scaled()));
         let Self { pairs, places, .. } = self;
@@ -154,8 +172,9 @@ impl Edge {
         for_chunks(pass.parallel, &mut self.brims[..count], &mut nothing, &|c, brims, ()| {
             for (k, brim) in brims.iter_mut().enumerate() {
                 // Seen from the liquid, where the gradient points the other way.
-                let sum = -pairs[c].row(k).across(&scale, places[c * CHUNK + k], liquid, moved);
-                brim.back = brim.volume * brim.one * sum;
+                let (row, place) = (pairs[c].row(k), places[c * CHUNK + k]);
+                let sum = dispatch!(Level::new(), simd => row.across(simd, &scale, place, liquid, moved));
+                brim.back = -brim.volume * brim.one * sum;
             }
         });
         contacts.brims(own, |b, change| {
