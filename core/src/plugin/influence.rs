@@ -17,6 +17,8 @@ pub struct Influence {
     pub from: f64,
     /// \[s\].
     pub until: f64,
+    /// Whether it acts at all times.
+    pub always: bool,
     /// For a force at a point of its bodies: the first of its lever arms, one per body, in a list of those of all
     /// influences ([`hooks`]). A solver fills them in when the force begins.
     pub hooks: Option<usize>,
@@ -76,7 +78,7 @@ impl Influence {
     /// Whether its potential energy is in the books: gravity that always acts. One that begins or ends would make or take
     /// energy at once; its work is supplied.
     pub fn has_potential(&self) -> bool {
-        matches!(self.kind, InfluenceKind::Gravity(_)) && self.from <= 0.0 && self.until == f64::INFINITY
+        matches!(self.kind, InfluenceKind::Gravity(_)) && self.always
     }
 
     /// Constant force on a body of that mass while it acts \[N\].
@@ -116,7 +118,7 @@ impl Refusals {
             let bodies = free.map(|(i, _)| i).collect();
             let hooks = matches!(kind, InfluenceKind::Force(_, Some(_))).then(|| hooks(&list));
             let until = action.until_s.unwrap_or(f64::INFINITY);
-            list.push(Influence { kind, bodies, from: action.from_s, until, hooks });
+            list.push(Influence { kind, bodies, from: action.from_s, until, always: action.always(), hooks });
         }
         list
     }

@@ -28,8 +28,8 @@ pub struct PartAction {
     pub from: f64,
     /// Last moment \[s\].
     pub until: f64,
-    /// Whether it is gravity that always acts: it has a potential, and what begins or ends does work.
-    pub gravity: bool,
+    /// Whether its potential energy is in the books: it is gravity that always acts, and does not begin or end.
+    pub has_potential: bool,
 }
 
 /// All influences over one step.
@@ -54,8 +54,8 @@ pub fn part_actions(scene: &SolverScene, masses: &[f64], refuse: &mut dyn FnMut(
         let all = action.bodies.is_empty();
         let bodies: Vec<bool> = scene.bodies.iter().map(|b| all || action.bodies.contains(&b.name)).collect();
         let until = action.until_s.unwrap_or(f64::INFINITY);
-        let mut add = |influence: PartInfluence, bodies: Vec<bool>, gravity: bool| {
-            list.push(PartAction { influence, bodies, from: action.from_s, until, gravity });
+        let mut add = |influence: PartInfluence, bodies: Vec<bool>, has_potential: bool| {
+            list.push(PartAction { influence, bodies, from: action.from_s, until, has_potential });
         };
         let mut each = |per_mass: &dyn Fn(f64) -> PartInfluence| {
             for (i, mass) in masses.iter().enumerate().filter(|(i, _)| bodies[*i]) {
@@ -105,7 +105,7 @@ impl Push {
             let Self { uniform, weight, .. } = &mut push;
             for i in (0..bodies).filter(|&i| action.bodies[i]) {
                 uniform[i] = add(uniform[i], change);
-                if action.gravity {
+                if action.has_potential {
                     weight[i] = add(weight[i], change);
                 }
             }
@@ -168,8 +168,8 @@ impl Field {
 mod tests {
     use super::*;
 
-    fn action(influence: PartInfluence, from: f64, until: f64, gravity: bool) -> PartAction {
-        PartAction { influence, bodies: vec![true, false], from, until, gravity }
+    fn action(influence: PartInfluence, from: f64, until: f64, has_potential: bool) -> PartAction {
+        PartAction { influence, bodies: vec![true, false], from, until, has_potential }
     }
 
     #[test]

@@ -123,7 +123,7 @@ impl<R: Real> Sim<R> {
         for (i, sums) in bodies.iter().enumerate() {
             energy.kinetic_j += sums.kinetic;
             energy.potential_j += sums.elastic;
-            for action in self.setting.actions.iter().filter(|a| a.gravity && a.bodies[i]) {
+            for action in self.setting.actions.iter().filter(|a| a.has_potential && a.bodies[i]) {
                 if let PartInfluence::Uniform(g) = action.influence
                     && (action.from..=action.until).contains(&t)
                 {

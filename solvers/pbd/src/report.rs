@@ -37,7 +37,7 @@ impl Model {
     /// Energies at time `t` \[s\], with what is kinetic and stored.
     pub(crate) fn energy(&self, t: f64, [kinetic_j, stored]: [f64; 2], dissipated_j: f64) -> Energy {
         let mut energy = Energy { kinetic_j, potential_j: stored, dissipated_j };
-        for action in self.sim.setting.actions.iter().filter(|a| a.gravity && (a.from..=a.until).contains(&t)) {
+        for action in self.sim.setting.actions.iter().filter(|a| a.has_potential && (a.from..=a.until).contains(&t)) {
             let PartInfluence::Uniform(g) = action.influence else { continue };
             for cloth in self.cloths.iter().zip(&action.bodies).filter(|(_, acts)| **acts).map(|(cloth, _)| cloth) {
                 let weights = self.sim.vertices[cloth.range.clone()].iter();

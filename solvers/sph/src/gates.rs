@@ -107,7 +107,7 @@ fn energy(model: &Model, store: &Store, i: usize) -> f64 {
         Pressure::Weak => stored(liquid.stiffness, liquid.rho, store.rho[i] / liquid.rho),
         Pressure::Incompressible => 0.0,
     };
-    let weight = model.gravity.iter().filter(|a| a.acts[body] && a.always());
+    let weight = model.gravity.iter().filter(|a| a.acts[body] && a.always);
     let place: f64 = weight.map(|a| -dot(a.acceleration, store.x[i])).sum();
     mass * (0.5 * dot(store.v[i], store.v[i]) + place + pressed)
 }

@@ -70,14 +70,11 @@ pub(crate) struct Gravity {
     /// First and last moment \[s\].
     pub(crate) from: f64,
     pub(crate) until: f64,
+    /// Whether it acts at all times, so that its potential energy is in the books.
+    pub(crate) always: bool,
 }
 
 impl Gravity {
-    /// Whether it has a potential energy: what begins or ends does work.
-    pub(crate) fn always(&self) -> bool {
-        self.from <= 0.0 && self.until == f64::INFINITY
-    }
-
     /// Share of `start..end` \[s\] in which it acts.
     pub(crate) fn share(&self, start: f64, end: f64) -> f64 {
         ((end.min(self.until) - start.max(self.from)) / (end - start)).clamp(0.0, 1.0)

@@ -406,7 +406,8 @@ impl Reader<'_> {
                 let all = action.bodies.is_empty();
                 let acts = self.scene.bodies.iter().map(|b| all || action.bodies.contains(&b.name)).collect();
                 let until = action.until_s.unwrap_or(f64::INFINITY);
-                self.model.gravity.push(Gravity { acceleration, acts, from: action.from_s, until });
+                let always = action.always();
+                self.model.gravity.push(Gravity { acceleration, acts, from: action.from_s, until, always });
                 let along = |f: fn(f64, f64) -> f64, start: f64| {
                     self.model.start.iter().map(|&x| dot(acceleration, x)).fold(start, f)
                 };

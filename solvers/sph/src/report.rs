@@ -33,7 +33,7 @@ pub(crate) fn states(model: &Model, store: &Store) -> (Vec<BodyState>, Energy) {
         if model.params.pressure == Pressure::Weak {
             energy.potential_j += mass * stored(liquid.stiffness, liquid.rho, store.rho[i] / liquid.rho);
         }
-        for action in model.gravity.iter().filter(|a| a.acts[b] && a.always()) {
+        for action in model.gravity.iter().filter(|a| a.acts[b] && a.always) {
             energy.potential_j -= mass * dot(action.acceleration, x);
         }
     }
@@ -48,7 +48,7 @@ pub(crate) fn states(model: &Model, store: &Store) -> (Vec<BodyState>, Energy) {
 /// Work of gravity that begins or ends, over a substep `start..end` \[s\] in which all moved with the velocities they have \[J\].
 pub(crate) fn pulled(model: &Model, store: &Store, start: f64, end: f64) -> f64 {
     let mut work = 0.0;
-    for action in model.gravity.iter().filter(|a| !a.always() && a.share(start, end) > 0.0) {
+    for action in model.gravity.iter().filter(|a| !a.always && a.share(start, end) > 0.0) {
         let all = (0..store.len()).filter(|&i| is_here(store.rho[i]));
         let moved =
             all.map(|i| (store.id[i] as usize, store.v[i])).filter(|&(id, _)| action.acts[model.body[id] as usize]);
