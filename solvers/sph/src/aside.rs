@@ -10,7 +10,7 @@ use cosplat_core::boundary::{Wrench, add, cross, dot, norm, scale};
 use cosplat_core::distance::SignedDistance;
 use cosplat_core::plugin::PluginError;
 
-use crate::force::{largest, stored};
+use crate::force::largest;
 use crate::params::Pressure;
 use crate::sim::Course;
 
@@ -41,7 +41,7 @@ impl Course<'_> {
             if !fast && (DENSITIES[0]..=DENSITIES[1]).contains(&ratio) {
                 continue;
             }
-            store.dissipated += model.mass[id] * stored(liquid.stiffness, liquid.rho, ratio);
+            store.dissipated += model.mass[id] * liquid.stored(*rho);
             *rho = -liquid.rho;
             books.aside += 1;
             culprit.get_or_insert(if fast {

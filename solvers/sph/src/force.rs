@@ -67,19 +67,6 @@ pub(crate) fn drag<S: Simd>(kernel: &Kernel, viscosity: f64x4<S>, approach: f64x
     SHEAR * viscosity * approach / (square + SOFT * kernel.h * kernel.h)
 }
 
-/// Pressure by the Tait equation with exponent 7 \[Pa\]; a liquid is never under tension.
-pub(crate) fn pressure(stiffness: f64, ratio: f64) -> f64 {
-    let cube = ratio * ratio * ratio;
-    (stiffness * (cube * cube * ratio - 1.0)).max(0.0)
-}
-
-/// What a kilogram stores by its compression \[J/kg\]: `∫ p dρ/ρ²`.
-pub(crate) fn stored(stiffness: f64, rho: f64, ratio: f64) -> f64 {
-    let s = ratio.max(1.0);
-    let cube = s * s * s;
-    stiffness / rho * ((cube * cube - 1.0) / 6.0 + 1.0 / s - 1.0)
-}
-
 /// Volume \[m³\]: who is put aside acts on nobody.
 pub(crate) fn volume(mass: f64, rho: f64) -> f64 {
     if rho > 0.0 { mass / rho } else { 0.0 }
@@ -88,12 +75,7 @@ pub(crate) fn volume(mass: f64, rho: f64) -> f64 {
 impl Pass<'_> {
     /// Packs the particles with their pressures.
     pub(crate) fn pack(&self, store: &Store, pack: &mut [Pack]) {
-        self.fill(
-            store,
-            pack,
-            |mass, _, rho| volume(mass, rho),
-            |liquid, rho| pressure(liquid.stiffness, rho / liquid.rho),
-        );
+        self.fill(store, pack, |mass, _, rho| volume(mass, rho), Liquid::pressure);
     }
 
     /// Packs the particles with their volumes at rest, without pressure.

@@ -12,7 +12,6 @@ use std::ops::Range;
 use cosplat_core::boundary::{Vec3, Wrench, add, cross, dot, norm, scale, sub};
 use cosplat_core::scene::Opening;
 
-use crate::force::stored;
 use crate::lanes::Pack;
 use crate::model::Model;
 use crate::params::Pressure;
@@ -104,7 +103,7 @@ fn energy(model: &Model, store: &Store, i: usize) -> f64 {
     let (body, mass) = (model.body[id] as usize, model.mass[id]);
     let liquid = &model.liquids[body];
     let pressed = match model.params.pressure {
-        Pressure::Weak => stored(liquid.stiffness, liquid.rho, store.rho[i] / liquid.rho),
+        Pressure::Weak => liquid.stored(store.rho[i]),
         Pressure::Incompressible => 0.0,
     };
     let weight = model.gravity.iter().filter(|a| a.acts[body] && a.always);

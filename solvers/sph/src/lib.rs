@@ -19,8 +19,8 @@
 //! incompressible solutions, which need not balance, are summed in single precision (`single`). A sum over sixty neighbours is
 //! bound by arithmetic, not by memory; it is compiled for each width of registers, with the same bytes in all.
 //!
-//! Density is a state that follows from continuity, with diffusion (δ-SPH); pressure is Tait's with exponent 7 and never
-//! negative. Spray, a particle with few neighbours, forgets that it was rarefied. The kernel is Wendland's C2 with a
+//! Density is a state that follows from continuity, with diffusion (δ-SPH); pressure is Tait's with exponent 7, or
+//! linear (`state`), and never negative. Spray, a particle with few neighbours, forgets that it was rarefied. The kernel is Wendland's C2 with a
 //! smoothing length of 1.2 spacings.
 //!
 //! A wall is continued below its surface by a lattice of boundary particles as deep as the kernel reaches (`shell`); a plane's
@@ -79,6 +79,7 @@ mod rub;
 mod shell;
 mod sim;
 mod single;
+mod state;
 mod store;
 mod thick;
 mod wall;

@@ -9,6 +9,7 @@ use crate::gates::{Drain, Inflow};
 use crate::kernel::Kernel;
 use crate::params::Params;
 use crate::shell::Piece;
+use crate::state::Equation;
 
 /// A body.
 #[derive(Clone, Debug)]
@@ -19,6 +20,8 @@ pub(crate) struct Liquid {
     pub(crate) rho: f64,
     /// Stiffness of the Tait equation \[Pa\].
     pub(crate) stiffness: f64,
+    /// How pressure follows from the density.
+    pub(crate) equation: Equation,
     /// Speed of sound at rest \[m/s\].
     pub(crate) sound: f64,
     /// Dynamic viscosity of which forces are taken before a substep, at least the artificial one, and after it (`thick`), one

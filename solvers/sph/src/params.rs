@@ -6,6 +6,7 @@ use cosplat_core::scene::Material;
 use serde_json::{Value, json};
 
 use crate::cohesion;
+use crate::state::Equation;
 
 /// Checked parameters.
 #[derive(Clone, Debug)]
@@ -21,6 +22,8 @@ pub(crate) struct Params {
     /// How pressure is found, and why so, where the user does not say.
     pub(crate) pressure: Pressure,
     pub(crate) reason: Option<String>,
+    /// How it follows from the density, where it does.
+    pub(crate) equation: Equation,
     /// Whether viscosity is implicit, where the user says so.
     pub(crate) implicit: Option<bool>,
     /// Mean compression that incompressible solutions may leave.
@@ -56,6 +59,11 @@ pub(crate) fn schema() -> Value {
                 "description": "How pressure is found: dfsph keeps the volume, wcsph follows from the density; default \
                                 dfsph, but wcsph beside partners that deform and for surface tension that counts"
             },
+            "state_equation": {
+                "enum": ["tait", "linear"],
+                "description": "How the pressure of wcsph follows from the density: Tait's with exponent 7, or linear with the \
+                                same speed of sound; default tait"
+            },
             "viscosity": {
                 "enum": ["explicit", "implicit"],
                 "description": "How viscosity is computed; default implicit where explicit viscosity would bind the substep \
@@ -86,6 +94,7 @@ impl Params {
             diffusion: number("density_diffusion", 0.1, 0.0)?,
             pressure,
             reason,
+            equation: equation(scene, pressure)?,
             implicit: implicit(scene)?,
             accuracy: number("pressure_accuracy", 1e-4, f64::MIN_POSITIVE)?,
             iterations: number("max_iterations", 100.0, 1.0)? as u64,
@@ -124,6 +133,18 @@ fn drop(scene: &SolverScene, spacing: f64) -> Option<&str> {
             if cohesion::bond(scene, density_kg_m3, surface_tension_n_m, spacing) < cohesion::WEAK)
     };
     scene.bodies.iter().find(|b| counts(&b.material)).map(|b| b.name.as_str())
+}
+
+fn equation(scene: &SolverScene, pressure: Pressure) -> Result<Equation, PluginError> {
+    let wrong = |what: &str| Err(PluginError::Unsupported(format!("parameter `state_equation` {what}")));
+    match scene.params.get("state_equation").map(|v| v.as_str()) {
+        Some(_) if pressure == Pressure::Incompressible => {
+            wrong("has no meaning for dfsph, which keeps the volume; leave it out, or use pressure = \"wcsph\"")
+        }
+        None | Some(Some("tait")) => Ok(Equation::Tait),
+        Some(Some("linear")) => Ok(Equation::Linear),
+        Some(_) => wrong("is neither \"tait\" nor \"linear\""),
+    }
 }
 
 fn implicit(scene: &SolverScene) -> Result<Option<bool>, PluginError> {

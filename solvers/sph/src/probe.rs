@@ -6,7 +6,6 @@ use cosplat_core::boundary::{Vec3, dot, norm, sub};
 use cosplat_core::plugin::{Question, Questions, SolverScene};
 use cosplat_core::scene::ProbeQuantity;
 
-use crate::force::pressure;
 use crate::model::Model;
 use crate::params::Pressure;
 use crate::store::Store;
@@ -52,7 +51,7 @@ fn mean(model: &Model, store: &Store, at: Vec3) -> Option<f64> {
         let id = store.id[i] as usize;
         let liquid = &model.liquids[model.body[id] as usize];
         let own = match model.params.pressure {
-            Pressure::Weak => pressure(liquid.stiffness, store.rho[i] / liquid.rho),
+            Pressure::Weak => liquid.pressure(store.rho[i]),
             Pressure::Incompressible => store.warm.get(i).copied().unwrap_or(0.0),
         };
         let share = model.mass[id] / store.rho[i] * model.kernel.weight(distance);

@@ -214,6 +214,7 @@ impl Reader<'_> {
             name: body.name.clone(),
             rho,
             stiffness: stiffness_pa,
+            equation: self.model.params.equation,
             sound,
             viscosity: viscosity_pa_s,
             thickness: 0.0,

@@ -4,7 +4,6 @@ use cosplat_core::boundary::{Vec3, Wrench, add, cross, dot, norm, scale, sub};
 use cosplat_core::plugin::{BodyState, Energy};
 
 use crate::cohesion;
-use crate::force::stored;
 use crate::gates::is_here;
 use crate::model::Model;
 use crate::params::Pressure;
@@ -31,7 +30,7 @@ pub(crate) fn states(model: &Model, store: &Store) -> (Vec<BodyState>, Energy) {
         body.max_displacement_m = body.max_displacement_m.max(norm(sub(x, model.start[id])));
         energy.kinetic_j += 0.5 * dot(p, v);
         if model.params.pressure == Pressure::Weak {
-            energy.potential_j += mass * stored(liquid.stiffness, liquid.rho, store.rho[i] / liquid.rho);
+            energy.potential_j += mass * liquid.stored(store.rho[i]);
         }
         for action in model.gravity.iter().filter(|a| a.acts[b] && a.always) {
             energy.potential_j -= mass * dot(action.acceleration, x);

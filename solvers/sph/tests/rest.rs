@@ -10,25 +10,38 @@ use cosplat_core::asset::{Asset, TriangleMesh};
 use cosplat_core::boundary::norm;
 use cosplat_core::scene::{Source, StaticCollider, Wall};
 
-#[test]
-fn pressure_in_a_tank_grows_with_depth() {
-    let (d, side, height, c) = (0.02, 0.2, 0.3, 24.0);
+/// What is measured of a tank at rest.
+struct Rest {
+    /// Error of pressures in the mean of squares, and of that of the lowest layer.
+    error: f64,
+    base: f64,
+    /// Kinetic energy over that of a fall through the height.
+    kinetic: f64,
+    run: Run,
+}
+
+/// A tank of water with a speed of sound of 24 m/s that is filled so high after so many windows of 10 ms \[m, m\].
+fn rest(equation: &str, [side, height]: [f64; 2], d: f64, windows: usize) -> Rest {
+    let c = 24.0 * (height / 0.3).sqrt();
     let body = liquid(water(c, 1.0), [side, side, height], [0.5 * side, 0.5 * side, 0.5 * height], d);
-    let mut run = Run::new(scene(vec![body], tank(side, side, Wall::Slip), 0.01));
-    let start = run.setup.report.energy;
-    for _ in 0..70 {
+    let mut start = scene(vec![body], tank(side, side, Wall::Slip), 0.01);
+    start.params.insert("state_equation".into(), equation.into());
+    let mut run = Run::new(start);
+    let before = run.setup.report.energy;
+    for _ in 0..windows * 7 / 10 {
         run.step();
     }
-    // The mean over ten windows: what is left of the pressure wave of the start oscillates.
-    let layers = (height / d) as usize;
+    // The mean over the rest: what is left of the pressure wave of the start oscillates.
+    let layers = (height / d).round() as usize;
     let mut mean = vec![(0.0, 0.0, 0.0); layers];
     let mut last = None;
-    for _ in 0..30 {
+    for _ in windows * 7 / 10..windows {
         last = Some(run.step());
         let (x, _, rho) = columns(&run.bytes());
         for (x, rho) in x.iter().zip(rho) {
             let layer = &mut mean[((x[2] / d) as usize).min(layers - 1)];
-            let pressure = 1000.0 * c * c / 7.0 * ((rho / 1000.0_f64).powi(7) - 1.0);
+            let ratio = rho / 1000.0;
+            let pressure = 1000.0 * c * c * if equation == "tait" { (ratio.powi(7) - 1.0) / 7.0 } else { ratio - 1.0 };
             *layer = (layer.0 + 1.0, layer.1 + x[2], layer.2 + pressure);
         }
     }
@@ -42,25 +55,43 @@ fn pressure_in_a_tank_grows_with_depth() {
         of += n * exact * exact;
     }
     let base = mean[0].2 / mean[0].0 / (weight * (height - mean[0].1 / mean[0].0)) - 1.0;
-    let error = (square / of).sqrt();
-    println!("pressure: L2 {error:.4}, base {base:.4}; {:?} {:?}", report.energy, report.counters);
-    println!("defect {:?} of {}, {} substeps", run.defect, run.gross, run.substeps);
-    assert!(error < 0.03, "{error}");
-    assert!(base.abs() < 0.02, "{base}");
-    // Nobody has left the tank; on the walls a particle stands off by half a spacing, a third where it is pressed.
-    let inside = |x: &[f64; 3]| (0..2).all(|k| x[k] > 0.3 * d && x[k] < side - 0.3 * d) && x[2] > 0.3 * d;
-    let (x, ..) = columns(&run.bytes());
-    assert!(x.iter().all(inside) && x.iter().all(|x| x[2] < height), "{x:?}");
-    // Kinetic energy, of that to fall through the whole height.
-    let (kinetic, fall) = (report.energy.kinetic_j, 1000.0 * side * side * height * 9.81 * height);
-    println!("kinetic {:e} of a fall", kinetic / fall);
-    assert!(kinetic < 2e-4 * fall, "{kinetic}");
-    assert!(report.energy.potential_j + kinetic + report.energy.dissipated_j < start.potential_j, "energy only falls");
-    assert!(
-        run.defect[0] < 1e-12 * run.gross.max(1.0) && run.defect[1] < 1e-12 * run.gross.max(1.0),
-        "{:?}",
-        run.defect
-    );
+    let (error, energy) = ((square / of).sqrt(), report.energy);
+    let kinetic = energy.kinetic_j / (1000.0 * side * side * height * 9.81 * height);
+    println!("{equation}: L2 {error:.4}, base {base:.4}, kinetic {kinetic:e} of a fall");
+    println!("{:?}, defect {:?} of {}, {} substeps", report.counters, run.defect, run.gross, run.substeps);
+    assert!(energy.potential_j + energy.kinetic_j + energy.dissipated_j < before.potential_j, "energy only falls");
+    Rest { error, base, kinetic, run }
+}
+
+#[test]
+fn pressure_in_a_tank_grows_with_depth() {
+    for equation in ["tait", "linear"] {
+        let (d, side, height) = (0.02, 0.2, 0.3);
+        let Rest { error, base, kinetic, run } = rest(equation, [side, height], d, 100);
+        // The catalogue's gates.
+        assert!(error < 0.02 && base.abs() < 0.01, "{error} {base}");
+        // Nobody has left the tank; on the walls a particle stands off by half a spacing, a third where it is pressed.
+        let inside = |x: &[f64; 3]| (0..2).all(|k| x[k] > 0.3 * d && x[k] < side - 0.3 * d) && x[2] > 0.3 * d;
+        let (x, ..) = columns(&run.bytes());
+        assert!(x.iter().all(inside) && x.iter().all(|x| x[2] < height), "{x:?}");
+        // After a second the wave of the start still runs up and down; at rest see below.
+        assert!(kinetic < 2e-4, "{kinetic}");
+        let gross = run.gross.max(1.0);
+        assert!(run.defect[0] < 1e-12 * gross && run.defect[1] < 1e-12 * gross, "{:?}", run.defect);
+    }
+}
+
+#[test]
+fn a_tank_comes_to_rest_as_the_catalogue_wants() {
+    let Rest { error, base, kinetic, .. } = rest("tait", [0.2, 0.3], 0.025, 500);
+    assert!(error < 0.02 && base.abs() < 0.01 && kinetic < 1e-5, "{error} {base} {kinetic}");
+}
+
+#[test]
+#[ignore = "not met: 1 m deep, 40 particles, after 5 s the kinetic energy is 3e-5 of a fall, not 1e-5, in two minutes; pressures are 0.9 %, their base 0.4 %"]
+fn a_deep_tank_comes_to_rest_as_the_catalogue_wants() {
+    let Rest { error, base, kinetic, .. } = rest("tait", [0.4, 1.0], 0.025, 500);
+    assert!(error < 0.02 && base.abs() < 0.01 && kinetic < 1e-5, "{error} {base} {kinetic}");
 }
 
 #[test]
