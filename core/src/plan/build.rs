@@ -8,7 +8,7 @@ use super::{
     window,
 };
 use crate::plugin::{Descriptor, InterfaceView, SolverScene, ViewRole};
-use crate::scene::{Body, Scene, Scheme};
+use crate::scene::{Body, Material, Scene, Scheme};
 
 /// Something the plan cannot do, by name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -173,10 +173,9 @@ fn part(
     }
 }
 
-/// A rigid partner.
-fn rigid<'a>(scene: &'a Scene, side: &Side, form: BoundaryForm) -> Option<&'a Body> {
-    let is_rigid = form == BoundaryForm::Proxy;
-    scene.bodies.iter().find(|b| is_rigid && b.name == side.body)
+/// Whether a body fills its source at t = 0: a cloth is its surface, and what it encloses may be another body's.
+fn fills(body: &Body) -> bool {
+    !matches!(body.material, Material::PointMass | Material::Cloth { .. } | Material::Smoke { .. })
 }
 
 /// Views of an interface from the sides that `who` owns.
@@ -197,15 +196,16 @@ fn views(
     let view = |own: &Side, partner: &Side, role: ViewRole| {
         let plugin = &plan.participants[usize::from(partner.participant)].plugin;
         let partner_form = descriptors.get(plugin)?.boundary;
-        let rigid = rigid(scene, partner, partner_form);
+        let body =
+            scene.bodies.iter().find(|b| b.name == partner.body && (partner_form == BoundaryForm::Proxy || fills(b)));
         Some(InterfaceView {
             id,
             role,
             own: own.body.clone(),
             partner: partner.body.clone(),
             partner_form,
-            partner_source: rigid.map(|b| b.source.clone()),
-            partner_pose: rigid.map(|b| b.pose),
+            partner_source: body.map(|b| b.source.clone()),
+            partner_pose: body.map(|b| b.pose),
             rule: interface.rule,
             pair: (interface.kind == Contact).then(|| scene.pair(&own.body, &partner.body)),
             links: interface.links.iter().filter_map(|&l| scene.links.get(l).cloned()).collect(),

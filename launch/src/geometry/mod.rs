@@ -14,8 +14,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use cosplat_core::asset::{Asset, ParticleCloud};
-use cosplat_core::plan::{Refusal, source_kind};
-use cosplat_core::plugin::SolverScene;
+use cosplat_core::plan::{BoundaryForm, Refusal, source_kind};
+use cosplat_core::plugin::{InterfaceView, SolverScene};
 use cosplat_core::scene::{Body, BodyBinding, Material, Pose, Scene, Source, StaticCollider};
 use cosplat_core::visual::VisualForm;
 use cosplat_splat::Splats;
@@ -125,12 +125,17 @@ impl Geometry {
         }
     }
 
-    /// Gives each solver what belongs to its bodies, its static colliders and its rigid partners.
+    /// Gives each solver what belongs to its bodies, its static colliders and its partners: of those that deform the meshes,
+    /// which say where they begin.
     pub(crate) fn hand_out(&self, scenes: &mut [SolverScene]) {
         for scene in scenes {
             let own = scene.bodies.iter().map(|b| &b.name);
             let walls = scene.statics.iter().map(|s| &s.name);
-            let partners = scene.interfaces.iter().filter(|i| i.partner_source.is_some()).map(|i| &i.partner);
+            let meant = |i: &&InterfaceView| {
+                let mesh = matches!(self.assets.get(&i.partner).map(Arc::as_ref), Some(Asset::Mesh(_)));
+                mesh || i.partner_form == BoundaryForm::Proxy
+            };
+            let partners = scene.interfaces.iter().filter(meant).map(|i| &i.partner);
             let wanted: Vec<&String> = own.chain(walls).chain(partners).collect();
             let found = wanted.into_iter().filter_map(|n| Some((n.clone(), Arc::clone(self.assets.get(n)?))));
             scene.assets = found.collect();

@@ -1,4 +1,4 @@
-//! Liquid that would start where rigid partners are: as much of it is left out as they take.
+//! Liquid that would start where partners are: as much of it is left out as they take.
 //!
 //! Each cell of the liquid has a share inside the partner. Left out are the cells that lie deepest, as many as these shares add
 //! up to, so that what remains fills the room that remains: cells left out by the places of their middles alone leave a gap

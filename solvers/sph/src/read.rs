@@ -225,7 +225,7 @@ impl Reader<'_> {
         });
     }
 
-    /// What is left of particles of a body, places and volumes, outside static colliders and rigid partners; the rest is told.
+    /// What is left of particles of a body, places and volumes, outside static colliders and partners; the rest is told.
     fn outside(&mut self, body: &Body, mut all: Vec<(Vec3, f64)>) -> Vec<(Vec3, f64)> {
         let (of, near) = (all.len(), TOO_NEAR * self.model.spacing);
         all.retain(|(x, _)| self.model.statics.iter().all(|(_, placed)| placed.distance(*x).0 >= near));
@@ -234,7 +234,7 @@ impl Reader<'_> {
         for view in scene.interfaces.iter().filter(|v| v.role == ViewRole::ContactResolver && v.own == body.name) {
             let (Some(source), Some(pose)) = (&view.partner_source, &view.partner_pose) else { continue };
             let asset = scene.assets.get(&view.partner).map(AsRef::as_ref);
-            // A shape that cannot be had is refused with the partner.
+            // A rigid shape that cannot be had is refused with the partner; of a cloud of particles or a cloth there is none.
             let Ok(shape) = Shape::exact(source, asset, false) else { continue };
             lost.push((cut(&Placed::at(shape, pose), &mut all), format!("`{}`", view.partner)));
         }

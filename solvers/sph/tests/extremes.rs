@@ -189,6 +189,21 @@ fn a_start_inside_a_solid_is_put_right_and_said() {
 }
 
 #[test]
+fn a_start_around_a_soft_body_leaves_out_what_it_takes_and_says_so() {
+    let (d, size) = (0.02, [0.08; 3]);
+    let body = liquid(water(20.0, 1.0), [0.2; 3], [0.1; 3], d);
+    let mut start = with("wcsph", scene(vec![body], tank(0.2, 0.2, Wall::Slip), 2e-4));
+    let form = BoundaryForm::SamplesF64 { normals: true };
+    let mut face = meets("jelly", form, Some(Source::Box { size_m: size }), 0.0);
+    face.partner_pose = Some(Pose { position_m: [0.1; 3], orientation: common::UPRIGHT });
+    start.interfaces.push(face);
+    let mut plugin = Sph::default();
+    let setup = plugin.setup(&start).expect("the scene is supported");
+    let said = |l: &LeftOut| l.what == "64 of 1000 particles of `water`" && l.why == "they lay inside `jelly`";
+    assert!(setup.left_out.iter().any(said), "{:?}", setup.left_out);
+}
+
+#[test]
 fn a_start_around_a_rigid_body_leaves_out_what_it_takes_and_says_so() {
     for (pressure, height) in [("wcsph", 0.1), ("dfsph", 0.1), ("wcsph", 0.107), ("dfsph", 0.107)] {
         let (fastest, splash, run) = partner(pressure, 0.5, height);
