@@ -176,7 +176,7 @@ fn couette_starts_as_the_series_says() {
 }
 
 #[test]
-#[ignore = "not met: 1.7, 1.0 and 0.9 % off at the three times, where the weakly compressible liquid is 0.5, 0.6 and 0.5 %"]
+#[ignore = "met or not as roundings fall: 0.6 to 0.8, 0.5 to 1.1 and 0.9 to 1.0 % off at the three times, where the weakly compressible liquid is 0.5, 0.6 and 0.5 %"]
 fn an_incompressible_couette_flow_starts_as_the_series_says() {
     couette_starts("dfsph");
 }
