@@ -156,10 +156,14 @@ fn energy(lines: &mut Lines, summary: &Summary) {
         short(total.dissipated_j)
     );
     lines.add("energy", &text);
+    if let Some(budget) = &summary.energy_budget {
+        let (words, paint) = (budget.words(), lines.paint);
+        lines.add("budget", &if budget.is_kept { words } else { paint.warn(&words) });
+    }
 }
 
 /// A number in at most four digits and an exponent.
-fn short(value: f64) -> String {
+pub(crate) fn short(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 {
         "0".into()
@@ -202,6 +206,8 @@ mod tests {
             energy: vec![Energy { name: "total".into(), initial_j: Some(1.0), ..Energy::default() }],
             counters: BTreeMap::new(),
             estimates: Vec::new(),
+            energy_budget: None,
+            presets: Vec::new(),
             left_out: vec![LeftOut { what: "viewer".into(), why: "not asked for".into(), ..LeftOut::default() }; 10],
             files: BTreeMap::new(),
         }

@@ -63,7 +63,7 @@ fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
 
 #[test]
 fn momentum_and_energy_of_three_solvers_add_up() {
-    let run = Program::run(SCENE, &["--quiet"]).finish().expect_code(0);
+    let run = Program::run(SCENE, &[]).finish().expect_code(0);
     let interfaces = run.summary["interfaces"].as_array().expect("a list");
     assert_eq!(interfaces.len(), 3);
     for interface in interfaces {
@@ -92,6 +92,21 @@ fn momentum_and_energy_of_three_solvers_add_up() {
     println!("energy and what was lost: {excess:e} above the first; {} -> {}", first, total.last().expect("windows"));
     // The bound of the design for liquids against what deforms.
     assert!(excess < 1e-3, "{excess}");
+    // The run says the same, from the states: without gravity all that it began with could be spent.
+    let budget = &run.summary["energy_budget"];
+    let number = |name: &str| budget[name].as_f64().unwrap_or_else(|| panic!("no `{name}` in {budget}"));
+    assert!((number("initial_j") / first - 1.0).abs() < 1e-6 && number("free_j") <= number("initial_j"), "{budget}");
+    assert!(number("free_j") > 0.99 * first && budget["is_kept"] == true, "{budget}");
+    assert!((number("share_of_initial") - excess).abs() < 1e-6, "{budget}");
+    let line = run.stdout.lines().find(|line| line.contains("budget")).unwrap_or_else(|| panic!("{}", run.stdout));
+    println!("{line}");
+    assert!(line.contains("energy + dissipated - work from outside") && line.ends_with("within 1e-3"), "{line}");
+    // Each published material says how its numbers are read.
+    for words in ["`mudslide` of captured", "set viscosity = 100 to repeat", "`brown-rock` of", "`car` of"] {
+        assert!(run.stderr.contains(words), "no `{words}` in: {}", run.stderr);
+    }
+    let presets = run.summary["presets"].as_array().map_or(0, Vec::len);
+    assert_eq!(presets, 3, "{}", run.summary["presets"]);
 }
 
 /// A liquid against what deforms stays bounded only while a window is far shorter than its own steps.

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::check_picture::draw;
 use crate::cli::{CheckArgs, Format};
 use crate::exit::{Code, Error, Problem};
-use crate::folder::summary::LeftOut;
+use crate::folder::summary::{LeftOut, PresetNote};
 use crate::hint::count;
 use crate::prepare::{Prepared, prepare};
 use crate::render::{Paint, json, print, printable, table, talk};
@@ -32,6 +32,9 @@ struct Check {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     filled: Vec<Filled>,
     interfaces: Vec<Interface>,
+    /// Published materials that the scene takes, and how their numbers are read.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    presets: Vec<PresetNote>,
     left_out: Vec<LeftOut>,
     warnings: Vec<Problem>,
 }
@@ -168,6 +171,7 @@ impl Check {
             bodies: scene.bodies.iter().map(body).collect(),
             filled: scene.bodies.iter().filter_map(filled).collect(),
             interfaces: plan.interfaces.iter().map(interface).collect(),
+            presets: PresetNote::of(scene),
             left_out: plan.left_out.iter().map(LeftOut::from).collect(),
             warnings: warnings.clone(),
         }
@@ -226,6 +230,10 @@ impl Check {
                 rows.push(vec![i.name.clone(), word(i.kind), word(i.scheme), resolver, String::new()]);
             }
             parts.push(table(paint, &rows));
+        }
+        if !self.presets.is_empty() {
+            let lines = self.presets.iter().map(|p| format!("  {}\n", p.words()));
+            parts.push(["published materials:\n".to_owned()].into_iter().chain(lines).collect());
         }
         if !self.left_out.is_empty() {
             let lines = self.left_out.iter().map(|l| format!("  {}\n", left_out_line(l)));

@@ -10,12 +10,12 @@ use cosplat_core::coordinator::Outcome;
 
 use super::failure;
 use crate::cli::SceneArgs;
-use crate::estimate::{estimates, foresight, resolutions};
+use crate::estimate::{EnergyBudget, estimates, foresight, resolutions};
 use crate::exit::{Code, Error, Problem};
 use crate::folder::checkpoints::{Checkpoints, Sums};
 use crate::folder::record::{self, Facts};
 use crate::folder::recorder::Recorder;
-use crate::folder::summary::{self, Status, Summary};
+use crate::folder::summary::{self, PresetNote, Status, Summary};
 use crate::folder::{RUN, RunFolder, recording};
 use crate::frames::{FrameRecorder, Frames, Row, Wanted, liquids};
 use crate::prepare::Prepared;
@@ -203,6 +203,7 @@ impl<'a> Conduct<'a> {
         let of_scene = [resolutions(&scene, interfaces), foresight(&scene, interfaces, summary.window_s)];
         summary.verdicts = verdicts;
         summary.estimates = estimates(&summary);
+        summary.energy_budget = EnergyBudget::of(&summary);
         summary.estimates.extend(of_scene.into_iter().flatten());
         if let Some(error) = &error {
             summary.exit_code = error.code as u8;
@@ -250,6 +251,8 @@ impl<'a> Conduct<'a> {
             energy: tally.energy,
             counters: tally.counters,
             estimates: Vec::new(),
+            energy_budget: None,
+            presets: PresetNote::of(&self.prepared.scene),
             left_out: left_out.iter().map(Into::into).collect(),
             files,
         }

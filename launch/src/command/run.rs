@@ -14,7 +14,7 @@ use crate::cli::{Format, RunArgs, SceneArgs};
 use crate::exit::{Code, Error};
 use crate::folder::checkpoints::{Checkpoints, TakenUp};
 use crate::folder::report::Sources;
-use crate::folder::summary::Status;
+use crate::folder::summary::{PresetNote, Status};
 use crate::folder::{self, RunFolder, SUMMARY};
 use crate::hint::count;
 use crate::prepare::{Prepared, prepare};
@@ -196,6 +196,9 @@ fn introduce(prepared: &Prepared, progress: &Progress, is_quiet: bool) {
     }
     for (body, words) in &prepared.geometry.notes {
         progress.say("body", &format!("{body}: {words}"));
+    }
+    for preset in PresetNote::of(scene) {
+        progress.say("preset", &preset.words());
     }
     let is_idle = plan.break_with.is_some_and(Break::needs_impulses);
     if is_idle && !plan.interfaces.iter().any(Interface::carries_impulses) {

@@ -2,11 +2,14 @@
 //!
 //! A verdict says that something is broken; an estimate says how much of a result is noise of the method. It ends no run.
 
+mod budget;
 mod solver;
 
 use cosplat_core::scene::{Material, Scene, Source};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+pub(crate) use budget::EnergyBudget;
 
 use crate::folder::summary::{Interface, Summary};
 
@@ -224,7 +227,7 @@ mod tests {
     use super::*;
     use crate::folder::summary::{Body, Energy, Process};
 
-    fn summary() -> Summary {
+    pub(super) fn summary() -> Summary {
         let text = r#"{"status":"ok","exit_code":0,"failure":null,"scene":"x","windows":3,"window_s":0.1,
             "window_bound_by":"x","simulated_s":0.3,"wall_s":1.0,"state_hash":null,"verdicts":[],"processes":[],
             "frames":null,"bodies":[],"interfaces":[],"energy":[],"counters":{},"left_out":[],"files":{}}"#;

@@ -4,10 +4,12 @@
 
 use std::collections::BTreeMap;
 
+use cosplat_core::scene::Scene;
+use cosplat_core::scene::presets::preset;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::Estimate;
+use crate::estimate::{EnergyBudget, Estimate};
 use crate::verdict::Verdict;
 
 /// How a run ended.
@@ -60,11 +62,17 @@ pub(crate) struct Summary {
     pub(crate) interfaces: Vec<Interface>,
     /// Energies of each process, of each link between processes, and of the whole.
     pub(crate) energy: Vec<Energy>,
+    /// Whether energy and what was dissipated of it stay at the start; null where the energy at t = 0 is not known.
+    #[serde(default)]
+    pub(crate) energy_budget: Option<EnergyBudget>,
     /// Clamps, quarantines, overflows and the like, by process; absent means none.
     pub(crate) counters: BTreeMap<String, BTreeMap<String, u64>>,
     /// How wrong the run is by its own measurements, what that means, and what lowers it.
     #[serde(default)]
     pub(crate) estimates: Vec<Estimate>,
+    /// Published materials that the scene takes, and how their numbers are read.
+    #[serde(default)]
+    pub(crate) presets: Vec<PresetNote>,
     /// What was not started, computed, sent or written, and why.
     pub(crate) left_out: Vec<LeftOut>,
     /// Files of the run, below its folder.
@@ -192,6 +200,33 @@ pub(crate) struct Energy {
     pub(crate) max_unsupplied_j: f64,
     /// The same with what was dissipated [J]: where every loss is measured by itself, this stays at the start.
     pub(crate) max_balance_j: f64,
+    /// Smallest potential, stored in it included, at t = 0 or after any window [J].
+    #[serde(default)]
+    pub(crate) min_potential_j: f64,
+}
+
+/// A published material that the scene takes, and what its numbers mean.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub(crate) struct PresetNote {
+    /// Name in scene files.
+    pub(crate) name: String,
+    /// Document and table.
+    pub(crate) source: String,
+    /// How the published numbers are read, and which had to be filled in.
+    pub(crate) note: String,
+}
+
+impl PresetNote {
+    /// Of each that a scene takes.
+    pub(crate) fn of(scene: &Scene) -> Vec<Self> {
+        let known = scene.presets.iter().filter_map(|name| preset(name));
+        known.map(|p| Self { name: p.name.into(), source: p.source.into(), note: p.note.into() }).collect()
+    }
+
+    /// In one line.
+    pub(crate) fn words(&self) -> String {
+        format!("`{}` of {}: {}", self.name, self.source, self.note)
+    }
 }
 
 impl Summary {

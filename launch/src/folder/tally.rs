@@ -97,13 +97,14 @@ impl Tally {
             self.left_out.extend(info.left_out.iter().cloned());
         }
         self.foreseen.settled(None, |process| ready.get(process).map(|info| &info.report));
-        let own = ready.iter().map(|r| r.report.energy.kinetic_j + r.report.energy.potential_j);
+        let own = ready.iter().map(|r| [r.report.energy.kinetic_j, r.report.energy.potential_j]);
         let links = plan.interfaces.iter().filter(|i| i.kind == InterfaceKind::Link);
-        let stored = links.map(|i| i.links.iter().map(|&l| stored_j(plan, scene, ready, l)).sum());
-        let initial: Vec<f64> = own.chain(stored).collect();
-        let total = initial.iter().sum();
-        for (part, value) in self.energy.iter_mut().zip(initial.into_iter().chain([total])) {
-            part.initial_j = Some(value);
+        let stored = links.map(|i| [0.0, i.links.iter().map(|&l| stored_j(plan, scene, ready, l)).sum()]);
+        let initial: Vec<[f64; 2]> = own.chain(stored).collect();
+        let total = [0, 1].map(|of| initial.iter().map(|part| part[of]).sum());
+        for (part, [kinetic_j, potential_j]) in self.energy.iter_mut().zip(initial.into_iter().chain([total])) {
+            part.initial_j = Some(kinetic_j + potential_j);
+            part.min_potential_j = potential_j;
         }
     }
 
@@ -174,13 +175,17 @@ impl Tally {
     }
 
     fn energies(&mut self, record: &WindowRecord) {
-        let own = record.solvers.iter().map(|s| [s.kinetic_j + s.potential_j, s.dissipated_j, s.supplied_j]);
+        let own = record.solvers.iter();
+        let own = own.map(|s| [s.kinetic_j + s.potential_j, s.potential_j, s.dissipated_j, s.supplied_j]);
         let links = record.interfaces.iter().zip(&self.is_link).filter(|(_, is_link)| **is_link);
         let dissipated = record.solvers.iter().map(|s| s.dissipated_j).sum();
         let supplied = record.solvers.iter().map(|s| s.supplied_j).sum();
-        let total = [record.total_energy_j, dissipated, supplied];
-        let parts = own.chain(links.map(|(i, _)| [i.stored_j, 0.0, 0.0])).chain([total]);
-        for (part, [value, dissipated_j, supplied_j]) in self.energy.iter_mut().zip(parts) {
+        let links = links.map(|(i, _)| [i.stored_j, i.stored_j, 0.0, 0.0]);
+        let potential = own.clone().chain(links.clone()).map(|part| part[1]).sum();
+        let total = [record.total_energy_j, potential, dissipated, supplied];
+        for (part, [value, potential_j, dissipated_j, supplied_j]) in
+            self.energy.iter_mut().zip(own.chain(links).chain([total]))
+        {
             part.supplied_j += supplied_j;
             let unsupplied = value - part.supplied_j;
             let balance = unsupplied + dissipated_j;
@@ -190,6 +195,7 @@ impl Tally {
             }
             part.max_unsupplied_j = part.max_unsupplied_j.max(unsupplied);
             part.max_balance_j = part.max_balance_j.max(balance);
+            part.min_potential_j = part.min_potential_j.min(potential_j);
             part.final_j = value;
             part.min_j = part.min_j.min(value);
             part.max_j = part.max_j.max(value);
@@ -268,6 +274,20 @@ mod tests {
         assert_eq!(tally.verdicts().len(), 1 + 2 * 2);
         assert_eq!(failed(&tally), Vec::<String>::new());
         assert_eq!((tally.windows, tally.processes[1].substeps), (3, 9));
+    }
+
+    #[test]
+    fn the_lowest_potential_of_each_part_is_kept() {
+        let mut tally = tally();
+        for (window, potential_j) in [3.0, -1.0, 2.0].into_iter().enumerate() {
+            let mut now = record(window as u64);
+            now.solvers[1].potential_j = potential_j;
+            now.solvers[0].potential_j = 1.0 - potential_j;
+            tally.settled(&now, &[done(window as u64), done(window as u64)]);
+        }
+        let lowest: Vec<f64> = tally.energy.iter().map(|part| part.min_potential_j).collect();
+        // Not known at t = 0, where nothing was started.
+        assert_eq!(lowest, [-2.0, -1.0, 0.0]);
     }
 
     #[test]

@@ -106,6 +106,7 @@ pub(crate) fn html(report: &Report<'_>) -> String {
         ("energy", "Energy", tables::energy(summary)),
         ("bodies", "Bodies", tables::bodies(summary)),
         ("interfaces", "Interfaces", tables::interfaces(summary)),
+        ("presets", "Published materials, and how they are read", tables::presets(summary)),
         ("left-out", "What was left out, and why", tables::left_out(summary)),
         ("counters", "Counters", Some(tables::counters(summary))),
         ("again", "How to do it again", Some(parts::again(report))),

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::number::{count, limit, maybe, quantity};
-use crate::folder::summary::Summary;
+use crate::folder::summary::{PresetNote, Summary};
 
 /// A table; columns of class `n` hold numbers.
 pub(super) fn table(head: &[(&str, &str)], rows: Vec<Vec<Markup>>) -> Markup {
@@ -49,7 +49,18 @@ pub(super) fn energy(summary: &Summary) -> Option<Markup> {
     let lost = summary
         .lost_j()
         .map(|gone| format!("{} J are in no book: impact took them, and the damping of the methods.", quantity(gone)));
-    (!rows.is_empty()).then(|| html! { p { (text) } (table(&head, rows)) @if let Some(lost) = lost { p { (lost) } } })
+    let budget = summary.energy_budget.as_ref().map(|budget| {
+        let class = if budget.is_kept { "good" } else { "warn" };
+        html! { p { strong class=(class) { "Budget" } ": " (budget.words()) "." } }
+    });
+    (!rows.is_empty()).then(|| {
+        html! {
+            @if let Some(budget) = budget { (budget) }
+            p { (text) }
+            (table(&head, rows))
+            @if let Some(lost) = lost { p { (lost) } }
+        }
+    })
 }
 
 /// How wrong the run is by its own measurements.
@@ -136,6 +147,13 @@ pub(super) fn interfaces(summary: &Summary) -> Option<Markup> {
     let text = "Impulses are sums over the run. The work defect is energy that the exchange made (positive) or lost; the \
                 residual is the largest difference between a stand-in and the partner itself.";
     (!rows.is_empty()).then(|| html! { p { (text) } (table(&head, rows)) })
+}
+
+/// What the numbers of published materials mean.
+pub(super) fn presets(summary: &Summary) -> Option<Markup> {
+    let head = [("Material", ""), ("Published in", ""), ("How its numbers are read", "")];
+    let row = |p: &PresetNote| vec![html! { code { (p.name) } }, html! { (p.source) }, html! { (p.note) }];
+    (!summary.presets.is_empty()).then(|| table(&head, summary.presets.iter().map(row).collect()))
 }
 
 /// What was not started, computed, sent or written.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Chart, Line, Picture, Report, html};
-use crate::folder::summary::{Body, Energy, Frames, Interface, LeftOut, Process, Status, Summary};
+use crate::folder::summary::{Body, Energy, Frames, Interface, LeftOut, PresetNote, Process, Status, Summary};
 use crate::verdict::Verdict;
 
 pub(super) fn summary() -> Summary {
@@ -51,6 +51,8 @@ pub(super) fn summary() -> Summary {
         energy: vec![Energy { name: "total".into(), initial_j: None, final_j: 1.5e-3, ..Energy::default() }],
         counters: BTreeMap::from([("soft".into(), BTreeMap::from([("velocity clamps".into(), 12_345)]))]),
         estimates: Vec::new(),
+        energy_budget: None,
+        presets: vec![PresetNote { name: "mud".into(), note: "as 100 Pa s".into(), ..PresetNote::default() }],
         left_out: vec![left_out],
         files: BTreeMap::from([("ledger".into(), "ledger.csv".into())]),
     }
@@ -144,6 +146,7 @@ fn a_report_holds_what_was_given() {
         "data:image/png;base64,iVBORw==",
         "ledger.csv",
         "drawing 4.200 s",
+        "as 100 Pa s",
     ]
     .map(String::from);
     for text in held {

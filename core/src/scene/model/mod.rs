@@ -52,6 +52,9 @@ pub struct Scene {
     pub output: OutputSpec,
     /// How the run is carried out; never changes a result, except `break_with`, which exists to.
     pub run: RunSpec,
+    /// Names of the published materials that the scene takes, in its order, whatever it changes of them.
+    #[serde(default)]
+    pub presets: Vec<String>,
 }
 
 /// `[clock]`.

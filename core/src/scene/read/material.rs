@@ -61,6 +61,7 @@ pub(super) fn material(at: &At<'_>, has_mass: bool) -> Option<Material> {
 
 fn by_name(at: &At<'_>, name: &str, has_mass: bool) -> Option<Material> {
     if let Some(preset) = preset(name) {
+        at.report.takes(preset.name);
         return Some(preset.material);
     }
     let kind = known_kind(at, name, true)?;
@@ -80,6 +81,7 @@ fn by_table(fields: &Fields<'_>, has_mass: bool) -> Option<Material> {
                 unknown(&at, &name, &presets().map(|p| p.name).collect::<Vec<_>>(), "preset");
                 return None;
             };
+            at.report.takes(preset.name);
             build(preset.material.name(), fields, parameters(&preset.material))
         }
         (_, at) => {

@@ -133,8 +133,10 @@ fn read_scene(root: &Fields<'_>) -> Option<Scene> {
         probes: root.tables("probe", probe::probe),
         output,
         run: settings::run(root),
+        presets: Vec::new(),
     };
     scene.pairs = pair::pairs(root, &scene);
+    scene.presets = root.report.presets.take();
     check_whole(root, &scene);
     Some(scene)
 }

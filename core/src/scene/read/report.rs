@@ -22,6 +22,8 @@ pub(super) struct Report {
     pub(super) declarations: RefCell<Vec<Declaration>>,
     pub(super) mentions: RefCell<Vec<Mention>>,
     pub(super) solver_uses: RefCell<Vec<SolverUse>>,
+    /// Published materials that are taken, each once.
+    pub(super) presets: RefCell<Vec<String>>,
 }
 
 struct Finding {
@@ -49,6 +51,14 @@ impl Report {
     /// A finding that is complete.
     pub(super) fn push(&self, diagnostic: Diagnostic) {
         self.findings.borrow_mut().push(Finding { diagnostic, is_absence: false });
+    }
+
+    /// A published material is taken.
+    pub(super) fn takes(&self, preset: &str) {
+        let mut presets = self.presets.borrow_mut();
+        if !presets.iter().any(|known| known == preset) {
+            presets.push(preset.to_owned());
+        }
     }
 
     /// Whether the scene cannot run.

@@ -35,6 +35,7 @@ pub(crate) fn scene(duration_s: f64, window_s: f64, scheme: Scheme, rule: Motion
         probes: Vec::new(),
         output: OutputSpec::default(),
         run: RunSpec { threads: None, join_limit_s: 30.0, silence_limit_s: 10.0, rigidify: true, break_with: None },
+        presets: Vec::new(),
     }
 }
 

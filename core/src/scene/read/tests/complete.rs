@@ -203,6 +203,7 @@ fn every_key_is_read() {
     assert_eq!((scene.pairs[1].kinetic_friction, scene.pairs[1].softness_m), (0.2, 0.004));
     assert_eq!(frictions(&scene.pair("toy", "floor")), (0.6, 0.4), "from the wall");
     assert_eq!(scene.joints.iter().map(|j| j.axis).collect::<Vec<_>>(), [[0.6, 0.0, 0.8]]);
+    assert_eq!(scene.presets, ["plushie", "brown-rock", "silk"], "each once, in their order");
     assert_eq!(scene.actions.len(), 7);
     assert_eq!(scene.probes[1].at_m, Some([0.0, 0.0, 0.1]));
 }
