@@ -20,6 +20,10 @@
 //! momentum, in f64; the momentum that they must explain is summed over the particles (`report`): two separate roads,
 //! so that their difference is a check.
 //!
+//! Memory in single (double) precision: 116 (224) B a particle, twice, for the copy that a segment can go back to, and 24 B of
+//! its start; 8.2 (16.2) KiB a block of 4³ cells with particles, for its tile, 16 (32) B a particle where each cell holds eight;
+//! 19 (35) B a node, and 4 B where anything can be touched. What flows has tiles and nodes twice, a capture 36 (72) B more, twice.
+//!
 //! Not here yet: moving walls, two-dimensional slabs, restitution, the `genesis` contact law. Each is refused by name.
 //!
 //! Shapes are formulas, closed meshes or, of static colliders, height fields (`cosplat_core::distance`). A body is a
@@ -34,7 +38,9 @@
 //! What flows, sand and liquid, meets walls at nodes and compares its volume with the grid's density (`shores`, `law::Room`).
 //!
 //! Known limits: bodies of this process still meet at nodes, up to half a cell early; the place where a particle of a
-//! plastic body ends takes its elastic stretch only; the grid's density knows walls, but neither partners nor other bodies.
+//! plastic body ends takes its elastic stretch only; the grid's density knows walls, but neither partners nor other bodies;
+//! a liquid at rest has 8 % too much pressure in the cells on its floor, and single particles are off by 7 % of that at the
+//! foot in the square mean.
 
 mod contact;
 mod fbar;

@@ -1,11 +1,10 @@
-//! What a scene becomes: particles, setting, names.
+//! What a scene becomes beside its particles: setting, names, surfaces.
 
 use cosplat_core::plan::InterfaceId;
 use cosplat_core::plugin::ViewRole;
 
 use crate::real::Real;
 use crate::sim::Setting;
-use crate::store::Seed;
 use crate::walls::Wall;
 
 /// An interface as this solver plays it.
@@ -53,11 +52,10 @@ pub(crate) struct Shown {
     pub(crate) mass: f64,
 }
 
-/// A scene read.
+/// A scene read, without what its particles start with: a run has them in its store.
 #[derive(Clone, Debug)]
 pub(crate) struct Model<R: Real> {
     pub(crate) names: Vec<String>,
-    pub(crate) seeds: Vec<Seed>,
     pub(crate) shown: Vec<Shown>,
     pub(crate) faces: Vec<Face>,
     pub(crate) walls: Vec<Wall>,

@@ -78,16 +78,17 @@ impl<R: Real> Plugin for Mpm<R> {
     }
 
     fn setup(&mut self, scene: &SolverScene) -> Result<Setup, PluginError> {
-        let model: Model<R> = read(scene)?;
+        let (model, seeds): (Model<R>, _) = read(scene)?;
         let with_gradients = model.setting.carries.contains(&true);
-        let store = Store::new(&model.seeds, model.setting.dx, with_gradients)
+        let store = Store::new(&seeds, model.setting.dx, with_gradients)
             .ok_or_else(|| PluginError::Unsupported("a body is more than 500 000 grid cells from the origin".into()))?;
+        let start = seeds.iter().map(|s| s.position).collect();
+        drop(seeds);
         let sim = Sim::new(model.setting.clone(), store, Walls::new(model.walls.clone()));
         let pool = (model.threads > 1)
             .then(|| rayon::ThreadPoolBuilder::new().num_threads(model.threads).build())
             .transpose()
             .map_err(|e| PluginError::Unsupported(format!("{} threads: {e}", model.threads)))?;
-        let start = model.seeds.iter().map(|s| s.position).collect();
         let foreseen = vec![None; model.setting.partners.len()];
         let felt = vec![Felt::default(); model.setting.clouds.len()];
         let questions = Questions::of(scene);

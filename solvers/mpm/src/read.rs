@@ -24,8 +24,8 @@ const MEMORY: f64 = 4.0;
 /// Bodies and regions that fit into a sort key.
 const MOST_PARTS: usize = 1 << 10;
 
-/// Reads a scene.
-pub(crate) fn read<R: Real>(scene: &SolverScene) -> Result<Model<R>, PluginError> {
+/// Reads a scene; also what its particles start with.
+pub(crate) fn read<R: Real>(scene: &SolverScene) -> Result<(Model<R>, Vec<Seed>), PluginError> {
     let params = Params::read(&scene.params).map_err(|wrong| refusal(&wrong))?;
     let mut reader = Reader { scene, params, dx: 1.0, refused: Vec::new() };
     reader.refuse_whole_features();
@@ -78,7 +78,7 @@ pub(crate) fn read<R: Real>(scene: &SolverScene) -> Result<Model<R>, PluginError
         threads: scene.threads > 1,
     };
     let names = scene.bodies.iter().map(|b| b.name.clone()).collect();
-    Ok(Model { names, seeds, shown, faces, walls, setting, particles, threads: scene.threads })
+    Ok((Model { names, shown, faces, walls, setting, particles, threads: scene.threads }, seeds))
 }
 
 fn refusal(list: &[String]) -> PluginError {

@@ -31,27 +31,113 @@ fn sinks_exactly(bulk: f64) -> f64 {
     0.5 - mean
 }
 
-#[test]
-fn a_column_sinks_as_its_state_equation_says() {
+/// Pressures of particles by their identities, from a saved state \[Pa\]: blocks, identities and 27 numbers of four particles
+/// at a time, of which the 18th is `J^(2/3) - 1`.
+fn pressures(bytes: &[u8], count: usize, bulk: f64) -> Vec<f64> {
+    let number = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
+    let blocks = number(0) as usize;
+    let quads: usize = (0..blocks).map(|b| number(8 + 20 * b + 16).div_ceil(4) as usize).sum();
+    let identities = 8 + 20 * blocks;
+    let mut all = vec![f64::NAN; count];
+    for slot in 0..4 * quads {
+        if let Some(p) = all.get_mut(number(identities + 4 * slot) as usize) {
+            let at = identities + 16 * quads + 4 * (slot / 4 * 27 * 4 + 18 * 4 + slot % 4);
+            let volume = (1.0 + f64::from(f32::from_bits(number(at)))).powf(1.5);
+            *p = bulk / 7.0 * (volume.powi(-7) - 1.0);
+        }
+    }
+    all
+}
+
+/// A column at rest.
+struct Rest {
+    /// How far its centre of mass sank, over what it should.
+    sinks: f64,
+    /// Kinetic energy over the weight times the height.
+    kinetic: f64,
+    /// Errors of the pressure over that at the foot: of each particle, and of the mean over each layer of them and each
+    /// layer of cells, from below.
+    errors: [Vec<f64>; 3],
+    /// Pressure at the foot by the line through the lower half of the cells but the lowest, over what it should be.
+    foot: f64,
+}
+
+/// Square mean.
+fn rms(all: &[f64]) -> f64 {
+    (all.iter().map(|e| e * e).sum::<f64>() / all.len() as f64).sqrt()
+}
+
+fn at_rest(cells: usize) -> Rest {
     // c = √(K/ρ) = 10 m/s: pressure at the foot is a tenth of K, strong enough to tell the exponent 7 from others.
-    let (bulk, cells) = (1e5, 24);
+    let bulk = 1e5;
     let mut start = column(cells, bulk);
     // Gravity in 50 equal steps over 5 s, so that the swing (period 0.4 s) stays small; viscosity takes the rest.
     start.actions = (0..50).map(|i| Action { from_s: 0.1 * f64::from(i), ..gravity(-0.1962) }).collect();
     let mut run = Run::<f32>::new(start);
-    let rest = run.setup.report.bodies[0].position_m[2];
-    let mut mean = 0.0;
+    let (rest, places) = (run.setup.report.bodies[0].position_m[2], run.particles("water"));
+    let (mut mean, mut kinetic) = (0.0, 0.0);
     for window in 0..700 {
-        let z = run.step().report.bodies[0].position_m[2];
+        let report = run.step().report;
         if window >= 600 {
-            mean += z / 100.0;
+            mean += report.bodies[0].position_m[2] / 100.0;
         }
+        kinetic = report.energy.kinetic_j / (9.81 * report.bodies[0].mass_kg);
     }
-    let (found, exact) = (rest - mean, sinks_exactly(bulk));
-    println!("sinks {found} m of {exact} m in {} substeps", run.substeps);
+    // The weight above a particle is that of the start, and its layer too.
+    let weight = 9810.0;
+    let found = pressures(&run.bytes(), places.len(), bulk);
+    let single: Vec<f64> = found.iter().zip(&places).map(|(p, x)| p / weight - (1.0 - x[2])).collect();
+    let layers = |n: usize| {
+        let mut sum = vec![(0.0, 0.0); n];
+        for (e, x) in single.iter().zip(&places) {
+            let (error, count) = &mut sum[(x[2] * n as f64) as usize];
+            (*error, *count) = (*error + e, *count + 1.0);
+        }
+        sum.iter().map(|(e, n)| e / n).collect::<Vec<f64>>()
+    };
+    let by_cell = layers(cells);
+    let line: Vec<[f64; 2]> = (1..cells / 2).map(|k| [(k as f64 + 0.5) / cells as f64, by_cell[k]]).collect();
+    let [z, e] = [0, 1].map(|k| line.iter().map(|p| p[k]).sum::<f64>() / line.len() as f64);
+    let slope = line.iter().map(|p| (p[0] - z) * (p[1] - e)).sum::<f64>()
+        / line.iter().map(|p| (p[0] - z).powi(2)).sum::<f64>();
+    let rest = Rest {
+        sinks: (rest - mean) / sinks_exactly(bulk),
+        kinetic,
+        errors: [single.clone(), layers(2 * cells), by_cell],
+        foot: 1.0 + e - slope * z,
+    };
+    println!(
+        "{cells} cells, {} substeps: sinks {:.4}, foot {:.4}, lowest {:.4?}, kinetic {:.1e}, square mean error of particles, layers, cells {:.4?}",
+        run.substeps,
+        rest.sinks,
+        rest.foot,
+        &rest.errors[2][..3],
+        rest.kinetic,
+        [0, 1, 2].map(|k| rms(&rest.errors[k])),
+    );
+    rest
+}
+
+#[test]
+fn a_column_at_rest_sinks_and_presses_as_its_state_equation_says() {
+    let Rest { sinks, kinetic, errors: [_, _, cells], foot } = at_rest(24);
     // An explicit code of the same kind, of first order in the cells, is off by 4.8, 2.3 and 1.1 % at 10, 20 and 40 of them
     // in an elastic column.
-    assert!((found / exact - 1.0).abs() < 0.03, "{found} of {exact}");
+    assert!((sinks - 1.0).abs() < 0.03, "{sinks}");
+    // The catalogue's gates for hydrostatics: 1e-5 of kinetic energy, 2 % of pressure in the square mean and 1 % at the foot, for
+    // the mean over each layer of cells, and for the line that all of them but the lowest give there.
+    assert!(kinetic < 1e-5 && rms(&cells) < 0.02 && (foot - 1.0).abs() < 0.01, "{kinetic} {} {foot}", rms(&cells));
+    // The kernel of the first nodes above the floor reaches behind it, where nothing presses back: the cell on the floor has
+    // 8 % too much at 12, 24 and 48 cells. All others have the gate's 2 % one by one.
+    assert!(cells[0] < 0.1 && cells[1..].iter().all(|e| e.abs() < 0.02), "{cells:?}");
+}
+
+#[test]
+#[ignore = "not met: square mean error 7.0 % by particle, 3.1 % by half a cell (4.8 % at 12 cells, 2.1 % at 48), 8 % too much in the \
+            cell on the floor at any resolution: kernels of nodes are cut there, and single particles scatter about their layer"]
+fn each_particle_of_a_column_at_rest_has_the_pressure_of_its_depth() {
+    let Rest { errors: [single, layers, cells], .. } = at_rest(24);
+    assert!(rms(&single) < 0.02 && rms(&layers) < 0.02 && cells[0].abs() < 0.01, "{} {}", rms(&single), rms(&layers));
 }
 
 /// Speed in the middle of the start-up flow between no-slip plates H apart under an acceleration g along them:

@@ -52,17 +52,58 @@ fn collapse(aspect: f64, cells: u32, material: Material) -> Collapse {
     Collapse { runout, energy, places }
 }
 
+/// Exponent of the run-out by the aspect ratio: slope of the line through the logarithms.
+fn exponent(all: &[(f64, f64)]) -> f64 {
+    let logs = || all.iter().map(|(aspect, runout)| (aspect.ln(), runout.ln()));
+    let n = all.len() as f64;
+    let (x, y) = logs().fold((0.0, 0.0), |sum, (x, y)| (sum.0 + x / n, sum.1 + y / n));
+    logs().map(|p| (p.0 - x) * (p.1 - y)).sum::<f64>() / logs().map(|p| (p.0 - x).powi(2)).sum::<f64>()
+}
+
+/// Run-out of columns that many cells wide, by their aspect ratios; none gains energy.
+fn runouts(all: &[(f64, u32)]) -> Vec<(f64, f64)> {
+    let one = |&(aspect, cells): &(f64, u32)| {
+        let run = collapse(aspect, cells, sand(30.0, 0.0));
+        assert!(run.energy[1] <= run.energy[0] * (1.0 + 1e-3), "{:?}", run.energy);
+        (aspect, run.runout)
+    };
+    all.iter().map(one).collect()
+}
+
 #[test]
 fn columns_run_out_as_in_the_experiments() {
     // Lube et al. 2005: 1.2 a up to a = 2.3, then 1.9 a^(2/3); Lajeunesse et al. 2005: 1.8 a up to 3, then 2.3 a^(2/3), each
     // about 10 %; between 0.85 of the one and 1.1 of the other. Half as high as wide it takes twice as many cells: 10 of
     // them high the foot is as fine as at a = 1.
-    let all = [(0.5, 20, [0.51, 1.0]), (1.0, 10, [1.02, 2.0]), (2.0, 10, [2.4, 3.6]), (4.0, 10, [4.79, 5.80])];
-    for (aspect, cells, [least, most]) in all {
-        let run = collapse(aspect, cells, sand(30.0, 0.0));
-        assert!(run.energy[1] <= run.energy[0] * (1.0 + 1e-3), "{:?}", run.energy);
-        assert!((least..=most).contains(&run.runout), "{} at {aspect}", run.runout);
+    let found = runouts(&[(0.5, 20), (1.0, 10), (2.0, 10), (4.0, 10)]);
+    for ((aspect, runout), [least, most]) in found.iter().zip([[0.51, 1.0], [1.02, 2.0], [2.4, 3.6], [4.79, 5.80]]) {
+        assert!((least..=most).contains(runout), "{runout} at {aspect}");
     }
+    // Linear below a = 2.3, with the catalogue's tolerance: 1.16. With 20 cells over each height it is 0.99.
+    let low = exponent(&found[..3]);
+    println!("exponent {low:.3} of low columns");
+    assert!((low - 1.0).abs() < 0.25, "{low}");
+}
+
+#[test]
+fn tall_columns_run_out_with_two_thirds_of_their_aspect_ratio() {
+    // Six cells wide; with ten run-outs are longer by 11 to 14 %, with an exponent of 0.75 in place of 0.78.
+    let found = runouts(&[(4.0, 6), (5.6, 6), (8.0, 6)]);
+    let tall = exponent(&found);
+    println!("exponent {tall:.3} of tall columns");
+    // The catalogue's tolerance.
+    assert!((tall - 2.0 / 3.0).abs() < 0.25, "{tall}");
+    // Between 0.85 of the shorter and 1.1 of the longer of the two laws, as for lower columns.
+    let last = found[2].1;
+    assert!((0.85 * 7.6..=1.1 * 9.2).contains(&last), "{last} at 8");
+}
+
+#[test]
+#[ignore = "not met: exponent 1.38 with 10 cells across each column and 1.26 with 20, of 1 ± 0.25: the tip of the foot, a few cells \
+            thin, is missing, and of a low column it is a larger part (run-out at a = 0.5: 0.40, 0.54, 0.68 with 10, 20, 40 cells)"]
+fn low_columns_on_one_grid_run_out_with_their_aspect_ratio() {
+    let low = exponent(&runouts(&[(0.5, 10), (1.0, 10), (2.0, 10)]));
+    assert!((low - 1.0).abs() < 0.25, "{low}");
 }
 
 #[test]
