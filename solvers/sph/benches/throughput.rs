@@ -6,10 +6,10 @@
 //!   operations on three ports: 45 cycles; 50 as measured, 160 ns a particle.
 //! - forces, double precision: the 58 in the kernel, 15 groups of four, each 16 loads, 24 shuffles, a division of 8 cycles
 //!   and about 50 other operations: 35 cycles; 42 as measured, 180 ns. Distances come with the list, which saves the roots.
-//! - lists: one making costs about a third of a substep and is needed every eighth: 20 ns.
+//! - lists: one making costs four fifths of a substep, half of it to find runs of cells, and is needed every eighth: 50 ns.
 //! - boundary particles: 14 000 here, each with half a list in three of the passes: 60 ns.
-//! - so 2.3 M/s a core, and 4.6 M/s of two; what is not shared out, a twentieth, leaves 4.3. On registers of two doubles (SSE2)
-//!   about half of it.
+//! - so 2.2 M/s a core, and 4.4 M/s of two; what is not shared out, a twentieth, leaves 4.1. Registers of two doubles (SSE2)
+//!   make two thirds of it.
 //! - memory: each particle's 64 and 32 B are written once and read by neighbours that lie near in the cache, its list of
 //!   330 B is read, pairs of 460 B written and read; positions, velocities, densities about 200 B: 1.6 kB, 20 M/s.
 //! - dfsph: an iteration reads 8 B of each of 58 pairs in each of two passes, 0.9 kB a particle, 60 ns a core. From the cache

@@ -2,7 +2,7 @@
 //!
 //! Whatever that width is, each lane takes the same steps and lanes are added in the same order, so that the bytes do not
 //! depend on the processor. What takes a token `S` must become part of the function that was dispatched for it: it is
-//! inlined always, and its closures and maps over arrays, which are not always, hold nothing that computes with lanes.
+//! inlined always, and its closures, which are not always, compute with lanes only where they are called from one place.
 #![expect(clippy::inline_always, reason = "a call would be compiled for the narrowest registers")]
 
 use cosplat_core::boundary::Vec3;
