@@ -5,8 +5,8 @@ use cosplat_core::scene::{
 };
 
 use crate::cast::{
-    LIQUID, RIGID, SAMPLES, attempt, body, empty, floor, four_kinds, joined, link, pair, planned, plugin, plugins,
-    refused, run_with, scene,
+    CLOTH, LIQUID, RIGID, SAMPLES, attempt, body, elastic, empty, floor, four_kinds, joined, link, pair, planned,
+    plugin, plugins, refused, run_with, scene,
 };
 use cosplat_core::plan::build;
 
@@ -235,6 +235,25 @@ fn each_solver_is_told_about_its_own_part_only() {
     assert_eq!((parts[0].bodies.len(), parts[1].bodies.len()), (2, 2));
     assert_eq!(names(&parts[0].interfaces[0].links), ["a-b"]);
     assert!(parts.iter().all(|p| p.clock == plan.clock));
+}
+
+#[test]
+fn a_partner_that_fills_a_shape_shows_it_and_a_cloth_does_not() {
+    let scene = scene([
+        body("mud", "sph", LIQUID),
+        body("toy", "mpm", elastic(1e4)),
+        body("rock", "rigid", RIGID),
+        body("sheet", "pbd", CLOTH),
+    ]);
+    let (_, parts) = attempt(&scene).expect("a plan");
+    let mud = parts.iter().find(|p| p.participant == "sph").expect("the liquid's solver");
+    let mut shown: Vec<_> = mud
+        .interfaces
+        .iter()
+        .map(|v| (v.partner.as_str(), v.partner_source.is_some(), v.partner_pose.is_some()))
+        .collect();
+    shown.sort_unstable();
+    assert_eq!(shown, [("rock", true, true), ("sheet", false, false), ("toy", true, true)]);
 }
 
 #[test]

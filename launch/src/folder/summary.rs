@@ -196,6 +196,9 @@ pub(crate) struct Energy {
     /// Given from outside since t = 0 [J]: by wind, kicks, pulled pins, driven bodies, and what flowed in less what flowed
     /// out.
     pub(crate) supplied_j: f64,
+    /// Largest of it after any window [J]: what is given may be taken back.
+    #[serde(default)]
+    pub(crate) max_supplied_j: f64,
     /// Largest after any window of what is left when that is taken off [J]: above the start, it came from nowhere.
     pub(crate) max_unsupplied_j: f64,
     /// The same with what was dissipated [J]: where every loss is measured by itself, this stays at the start.

@@ -187,6 +187,7 @@ impl Tally {
             self.energy.iter_mut().zip(own.chain(links).chain([total]))
         {
             part.supplied_j += supplied_j;
+            part.max_supplied_j = part.max_supplied_j.max(part.supplied_j);
             let unsupplied = value - part.supplied_j;
             let balance = unsupplied + dissipated_j;
             if record.window == 0 {

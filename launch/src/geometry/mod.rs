@@ -133,7 +133,7 @@ impl Geometry {
             let walls = scene.statics.iter().map(|s| &s.name);
             let meant = |i: &&InterfaceView| {
                 let mesh = matches!(self.assets.get(&i.partner).map(Arc::as_ref), Some(Asset::Mesh(_)));
-                mesh || i.partner_form == BoundaryForm::Proxy
+                i.partner_source.is_some() && (mesh || i.partner_form == BoundaryForm::Proxy)
             };
             let partners = scene.interfaces.iter().filter(meant).map(|i| &i.partner);
             let wanted: Vec<&String> = own.chain(walls).chain(partners).collect();

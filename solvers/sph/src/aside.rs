@@ -34,6 +34,9 @@ impl Course<'_> {
         let Self { model, store, books, .. } = self;
         let weak = model.params.pressure == Pressure::Weak;
         let mut culprit = None;
+        if store.rho.iter().any(|rho| rho.is_nan()) {
+            return Err(lost(time, "a density is not a number; a shorter `max_substep_s` would help"));
+        }
         for (i, rho) in store.rho.iter_mut().enumerate().filter(|(_, rho)| **rho > 0.0) {
             let id = store.id[i] as usize;
             let liquid = &model.liquids[model.body[id] as usize];

@@ -1,6 +1,6 @@
 //! Densities of a weakly compressible liquid, by continuity with diffusion (`force`): the first of two passes over the pairs
-//! in a substep, in single precision. What is rounded is a share of 1e-7 of a rate that is integrated in double precision;
-//! forces, which must balance, are summed in double precision over the pairs that this pass found in the kernel's reach.
+//! in a substep, in single precision. Rates, which are integrated in double precision, are rounded by some 1e-7 of themselves and
+//! of the speed over the spacing, but for a speed that all have; forces, which must balance, are summed in double precision over the pairs that this pass found in the kernel's reach.
 #![expect(clippy::inline_always, reason = "as said in `lanes`")]
 
 use cosplat_core::boundary::{add, scale};

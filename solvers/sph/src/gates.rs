@@ -141,6 +141,7 @@ impl Course<'_> {
     /// Takes out what is in a drain at `time` \[s\] of the run.
     pub(crate) fn drain(&mut self, time: f64) {
         let Self { model, store, books, .. } = self;
+        let before = books.drained;
         for drain in model.drains.iter().filter(|d| (d.from..d.until).contains(&time)) {
             for i in 0..store.len() {
                 let (id, way) = (store.id[i] as usize, sub(store.x[i], drain.center));
@@ -156,6 +157,10 @@ impl Course<'_> {
                     *pressure = 0.0;
                 }
             }
+        }
+        if books.drained > before && model.params.pressure == Pressure::Incompressible {
+            // An incompressible liquid counts the volume of all that is listed.
+            store.listed = Listed::default();
         }
     }
 }

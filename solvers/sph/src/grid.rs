@@ -185,6 +185,10 @@ mod tests {
             let mut listed = vec![7];
             let one = expected.get(1).map_or(u32::MAX, |&i| i as u32);
             grid.list(&Sorted::new(&sorted), probe, 0.2, one, &mut listed);
+            let mut narrow = vec![7];
+            let places = Sorted::new(&sorted);
+            dispatch!(Level::baseline(), simd => grid.list_with(simd, &places, probe, 0.2, one, &mut narrow));
+            assert_eq!(listed, narrow, "whatever the registers");
             let wanted = expected.iter().map(|&i| i as u32).filter(|&i| i != one);
             assert_eq!(listed, std::iter::once(7).chain(wanted).collect::<Vec<_>>(), "{probe:?}");
         }

@@ -106,7 +106,7 @@ impl Kernel {
         self.alpha * square * square * (5.0 - 4.0 * t)
     }
 
-    /// `1 - r/2h` of four, not below 0.
+    /// `1 - r/2h` of four, not below 0; of a distance that is not a number nothing or not a number, as processors differ.
     #[inline(always)]
     pub(crate) fn inside<S: Simd>(&self, r: f64x4<S>) -> f64x4<S> {
         (1.0 - r * self.half_inverse).max(zero(r.token()))

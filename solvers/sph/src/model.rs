@@ -18,7 +18,7 @@ pub(crate) struct Liquid {
     pub(crate) name: String,
     /// Density at rest \[kg/m³\].
     pub(crate) rho: f64,
-    /// Stiffness of the Tait equation \[Pa\].
+    /// Stiffness, `ρ0 c²/7` of both equations of state \[Pa\].
     pub(crate) stiffness: f64,
     /// How pressure follows from the density.
     pub(crate) equation: Equation,

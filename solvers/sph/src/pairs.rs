@@ -151,7 +151,7 @@ mod tests {
     use fearless_simd::{Level, dispatch};
 
     /// Sums over the stored pairs of the first of some places about `origin` \[m\], and the same in double precision.
-    fn sums(origin: Vec3) -> [[f64; 5]; 2] {
+    fn sums(level: Level, origin: Vec3) -> [[f64; 5]; 2] {
         let kernel = Kernel::new(0.01).scaled();
         let near = |i: u32| [0.37, 0.61, 0.83].map(|a| 0.06 * ((f64::from(i) * a).fract() - 0.5));
         let all: Vec<Vec3> = (0..200).map(|i| add(origin, near(i))).collect();
@@ -160,12 +160,19 @@ mod tests {
         let u = |j: usize| 1.0 + 0.01 * j as f64;
         let single: Vec<f32> = (0..all.len()).map(|j| u(j) as f32).collect();
         let flow: Vec<[f32; 4]> = single.iter().map(|&u| [u, 2.0 * u, -u, 7.0]).collect();
-        let (mut pairs, list) = (Pairs::default(), (1..all.len() as u32 - 3).collect::<Vec<_>>());
+        let (mut pairs, list) = (Pairs::default(), (1..all.len() as u32 - 7).collect::<Vec<_>>());
         pairs.clear(list.len());
-        for j in list.as_chunks().0 {
-            let r = j.map(|j| norm(sub(own, all[j as usize])));
-            dispatch!(Level::new(), simd => pairs.push(j, kernel.inside(f64x4::load_array(simd, r))));
-        }
+        let inside = |j: u32| 1.0 - norm(sub(own, all[j as usize])) * kernel.half_inverse;
+        // Both ways: a third of them in fours, the others in eights.
+        let (fours, eights) = list.split_at(list.len() / 24 * 8);
+        dispatch!(level, simd => {
+            for j in fours.as_chunks().0 {
+                pairs.push(j, f64x4::load_array(simd, j.map(|j| inside(j).max(0.0))));
+            }
+            for j in eights.as_chunks().0 {
+                pairs.push_eight(j, f32x8::load_array(simd, j.map(|j| inside(j).max(0.0) as f32)));
+            }
+        });
         pairs.end(all.len() - 1);
         let (mut along, mut across, mut over) = ([0.0; 3], 0.0, 0.0);
         for &j in &list {
@@ -176,16 +183,18 @@ mod tests {
             over += u * kernel.weight(norm(apart));
         }
         let row = pairs.row(0);
-        let [x, y, z] = dispatch!(Level::new(), simd => row.along(simd, &unit, places[0], &places, &single));
-        let flows = dispatch!(Level::new(), simd => row.across(simd, &unit, places[0], &places, &flow));
-        let weighed = dispatch!(Level::new(), simd => row.over(simd, &unit, |j| single[j]));
+        let [x, y, z] = dispatch!(level, simd => row.along(simd, &unit, places[0], &places, &single));
+        let flows = dispatch!(level, simd => row.across(simd, &unit, places[0], &places, &flow));
+        let weighed = dispatch!(level, simd => row.over(simd, &unit, |j| single[j]));
         [[x, y, z, flows, weighed], [along[0], along[1], along[2], across, over]]
     }
 
     #[test]
     fn sums_over_pairs_are_those_of_the_kernel_wherever_the_places_are() {
         for origin in [[0.0; 3], [-1e4, 3.0, 1e5]] {
-            let [found, exact] = sums(origin);
+            let [found, exact] = sums(Level::new(), origin);
+            let [narrow, _] = sums(Level::baseline(), origin);
+            assert_eq!(found.map(f64::to_bits), narrow.map(f64::to_bits), "whatever the registers");
             println!("{found:?} of {exact:?}");
             // Rounding to 24 bits of some hundred terms, the largest of which are a tenth of the sums.
             assert!(found.iter().zip(&exact).all(|(a, b)| (a / b - 1.0).abs() < 1e-5), "{found:?} {exact:?}");
