@@ -101,8 +101,8 @@ pub struct InterfaceView {
     pub partner: String,
     /// Form of the partner's boundary.
     pub partner_form: BoundaryForm,
-    /// Shape of a partner that fills it at t = 0. A rigid one keeps it: its record gives the place and orientation of this shape's centre
-    /// of mass. Of others only meshes are handed out as assets, not clouds of particles.
+    /// Shape of a partner that fills it at t = 0. A rigid one keeps it: its record gives the place and orientation of this
+    /// shape's centre of mass. Of others only meshes are handed out as assets, not clouds of particles.
     pub partner_source: Option<Source>,
     /// Pose of the partner's own frame at t = 0.
     pub partner_pose: Option<Pose>,

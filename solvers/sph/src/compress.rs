@@ -1,6 +1,7 @@
 //! Densities of a weakly compressible liquid, by continuity with diffusion (`force`): the first of two passes over the pairs
 //! in a substep, in single precision. Rates, which are integrated in double precision, are rounded by some 1e-7 of themselves and
-//! of the speed over the spacing, but for a speed that all have; forces, which must balance, are summed in double precision over the pairs that this pass found in the kernel's reach.
+//! of the speed over the spacing, but for a speed that all have. Forces, which must balance, are summed in double precision over
+//! the pairs that this pass found in the kernel's reach.
 #![expect(clippy::inline_always, reason = "as said in `lanes`")]
 
 use cosplat_core::boundary::{add, scale};
@@ -130,7 +131,7 @@ impl Pass<'_> {
         if sum < SPRAY { next.max(liquid.rho) } else { next }
     }
 
-    /// Densities above those at rest of four neighbours; the own one for those of another body, between which nothing diffuses.
+    /// Densities above those at rest of eight neighbours; the own one for those of another body, between which nothing diffuses.
     #[inline(always)]
     fn excesses<S: Simd>(
         &self,

@@ -1,4 +1,5 @@
-//! Smoothed particle hydrodynamics (SPH): liquids against walls, rigid bodies and bodies that show samples. Pressure keeps the volume (`pressure = "dfsph"`, see `incompressible`), or follows from the density (`"wcsph"`),
+//! Smoothed particle hydrodynamics (SPH): liquids against walls, rigid bodies and bodies that show samples. Pressure keeps
+//! the volume (`pressure = "dfsph"`, see `incompressible`), or follows from the density (`"wcsph"`),
 //! as it must beside partners that show samples; the default is the first where it can be (`params`), and is said.
 //!
 //! One weakly compressible substep:
@@ -19,9 +20,9 @@
 //! incompressible solutions, which need not balance, are summed in single precision (`single`). A sum over sixty neighbours is
 //! bound by arithmetic, not by memory; it is compiled for each width of registers, with the same bytes in all.
 //!
-//! Density is a state that follows from continuity, with diffusion (δ-SPH); pressure is Tait's with exponent 7, or
-//! linear (`state`), and never negative. Spray, a particle with few neighbours, forgets that it was rarefied. The kernel is Wendland's C2 with a
-//! smoothing length of 1.2 spacings.
+//! Density is a state that follows from continuity, with diffusion (δ-SPH); pressure is Tait's with exponent 7, or linear
+//! (`state`), and never negative. Spray, a particle with few neighbours, forgets that it was rarefied. The kernel is
+//! Wendland's C2 with a smoothing length of 1.2 spacings.
 //!
 //! A wall is continued below its surface by a lattice of boundary particles as deep as the kernel reaches (`shell`); a plane's
 //! are made where the liquid is, a terrain's column by column. Where static solids overlap, one counts, those without slip

@@ -28,20 +28,7 @@ pub(crate) struct Means {
 }
 
 impl Liquids<'_> {
-    /// Mean velocity of the liquid `near` a boundary particle that moves itself \[m/s\].
-    #[inline(always)]
-    pub(crate) fn mean_velocity<S: Simd>(&self, simd: S, own: &Pack, near: &[u32]) -> Vec3 {
-        let (mut sum, mut velocity) = (zero(simd), zeros(simd));
-        for i in groups(near) {
-            let others = Four::new(simd, own, self.pack, i);
-            let weight = others.volume * self.model.kernel.weights(others.r);
-            sum += weight;
-            accumulate(&mut velocity, &others.relative, -weight);
-        }
-        scale(gather(velocity), 1.0 / total(sum).max(f64::MIN_POSITIVE))
-    }
-
-    /// What the liquid `near` a place at rest is like, where it weighs `g` \[N/m³\].
+    /// What the liquid `near` a place is like, where it weighs `g` \[N/m³\]; velocities are relative to its own.
     #[inline(always)]
     pub(crate) fn means<S: Simd>(&self, simd: S, own: &Pack, g: Vec3, near: &[u32]) -> Means {
         let (mut sum, mut pressure) = (zero(simd), zero(simd));

@@ -227,7 +227,9 @@ impl Walls {
                 *sliding = own;
                 if dot(normal, normal) > 0.0 {
                     let near = lists.chunks()[c].row(k);
-                    let mean = dispatch!(Level::new(), simd => liquids.mean_velocity(simd, &own, near));
+                    let Means { sum, velocity, .. } =
+                        dispatch!(Level::new(), simd => liquids.means(simd, &own, [0.0; 3], near));
+                    let mean = scale(velocity, 1.0 / sum.max(f64::MIN_POSITIVE));
                     sliding.v = sub(mean, scale(normal, dot(mean, normal)));
                 }
             }

@@ -54,7 +54,8 @@ fn fit(x: &[f64], dt: f64, near: f64) -> Swing {
     best
 }
 
-/// How a piston of that mass swings below water of so many particles across, near a frequency \[Hz\], and the mean pressure below the water \[Pa\].
+/// How a piston of that mass swings below water of so many particles across, near a frequency \[Hz\], and the mean
+/// pressure below the water \[Pa\].
 fn swing(mass: f64, pressure: &str, across: f64, near: f64) -> (Swing, f64) {
     let (d, window, sound) = (SIDE / across, 1e-3, 50.0);
     // It reaches into the walls, so that the corners along its edge are its own: walls would bear an eighth of the water there.

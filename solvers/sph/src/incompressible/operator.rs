@@ -74,8 +74,7 @@ impl Operator {
         self.edge.measure(pass, pack, walls, &store.warm);
         self.rows.resize(n, Row::default());
         self.stored.resize(n.div_ceil(CHUNK), Stored::default());
-        let (rows, all) = (&mut self.rows, &mut self.stored);
-        for_chunks(pass.parallel, rows, all, &|c, rows: &mut [Row], stored: &mut Stored| {
+        for_chunks(pass.parallel, &mut self.rows, &mut self.stored, &|c, rows, stored| {
             stored.liquid.clear(pass.lists.chunks()[c].len());
             stored.felt.clear();
             stored.walls.clear((0..rows.len()).map(|k| walls.near(c * CHUNK + k).len()).sum());
